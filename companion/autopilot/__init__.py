@@ -1,0 +1,1 @@
+"""What differs between autopilots: modes, arming, taking over, refusals."""

@@ -1,0 +1,5 @@
+"""The command `companion`: one module a subcommand."""
+
+from companion.cli.app import main
+
+__all__ = ["main"]

@@ -1,0 +1,1 @@
+"""Features, inverse network, online Gaussian process, reference correction: arrays in, arrays out."""

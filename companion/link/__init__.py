@@ -1,0 +1,1 @@
+"""Byte transports, MAVLink framing, time sync and requests; nothing of learning."""

@@ -1,0 +1,1 @@
+"""One record schema for data sets and flight logs, and its files."""

@@ -1,0 +1,85 @@
+"""The one record schema, for data sets and flight logs: three time series and what they belong to.
+
+States come at the telemetry's rate, references at the control rate, each with its own time, because that
+is how they exist on a real vehicle. Everything is NED, metres, seconds, radians.
+"""
+
+from dataclasses import dataclass, field
+
+from pydantic import BaseModel, ConfigDict
+
+from companion.arrays import Times, Vec3s
+
+
+class Provenance(BaseModel):
+    """What a recording is of: enough to fly it again."""
+
+    model_config = ConfigDict(frozen=True, extra="allow")
+
+    vehicle: str
+    """Name of the vehicle, as in `config/vehicles/` where it is a simulated one."""
+    trajectory: str = ""
+    strategy: str = "baseline"
+    software: str = ""
+    conditions: str | None = None
+    seed: int | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class StateSeries:
+    """What the autopilot estimated: `time_s` is when it held (companion clock)."""
+
+    time_s: Times
+    position: Vec3s
+    velocity: Vec3s
+    attitude: Vec3s
+    rates: Vec3s
+
+
+@dataclass(frozen=True, eq=False)
+class ReferenceSeries:
+    """What was sent to the autopilot, at the time of sending; NaN where a part was not sent."""
+
+    time_s: Times
+    position: Vec3s
+    velocity: Vec3s
+    acceleration: Vec3s
+
+
+@dataclass(frozen=True, eq=False)
+class TrackingSeries:
+    """What the tracker wanted and thought, a row for each control step.
+
+    Attributes:
+        time_s: companion clock (s).
+        desired_position, desired_velocity, desired_acceleration: the trajectory at that time.
+        u1: position reference before the online correction (network or plain reference), m.
+        u2: the online correction added to it, m.
+        predicted_position: position that the online model expects one preview later, m; NaN without one.
+        predicted_variance: its variance, m²; NaN without one.
+        alpha: gain of the correction, a number an axis; NaN without one.
+    """
+
+    time_s: Times
+    desired_position: Vec3s
+    desired_velocity: Vec3s
+    desired_acceleration: Vec3s
+    u1: Vec3s
+    u2: Vec3s
+    predicted_position: Vec3s
+    predicted_variance: Vec3s
+    alpha: Vec3s
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """One flight, or one data set: states, references, and (where a trajectory was tracked) tracking.
+
+    `events` are (time_s, text) pairs: the flight's states, STATUSTEXTs, what the guard did.
+    """
+
+    provenance: Provenance
+    states: StateSeries
+    references: ReferenceSeries
+    tracking: TrackingSeries | None = None
+    events: tuple[tuple[float, str], ...] = field(default=())

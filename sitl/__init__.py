@@ -1,0 +1,1 @@
+"""A simulated quadrotor that speaks MAVLink; it knows nothing of the companion."""

@@ -1,0 +1,1 @@
+"""Simulated autopilots: control laws, modes, arming and failsafes, without any MAVLink."""

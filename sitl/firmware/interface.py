@@ -1,0 +1,164 @@
+"""What every simulated autopilot offers: the seam between flight control and the MAVLink face.
+
+The firmware knows no MAVLink; the MAVLink face knows no control law. NED, SI, radians.
+"""
+
+from dataclasses import dataclass, field
+from enum import Enum, auto
+from typing import Protocol
+
+import numpy as np
+
+from sitl.arrays import Quaternion, Vec3
+
+_OFF = float("nan")
+
+
+class Mode(Enum):
+    """Flight modes, by their PX4 names."""
+
+    POSCTL = auto()
+    HOLD = auto()  # AUTO.LOITER
+    TAKEOFF = auto()
+    LAND = auto()
+    RTL = auto()
+    OFFBOARD = auto()
+
+
+class Landed(Enum):
+    """Where the vehicle is, as its land detector has it (MAV_LANDED_STATE)."""
+
+    ON_GROUND = auto()
+    IN_AIR = auto()
+    TAKING_OFF = auto()
+    LANDING = auto()
+
+
+class Result(Enum):
+    """How the firmware answers a request (MAV_RESULT)."""
+
+    ACCEPTED = auto()
+    TEMPORARILY_REJECTED = auto()
+    DENIED = auto()
+    FAILED = auto()
+
+
+class Severity(Enum):
+    """How grave a status text is (MAV_SEVERITY)."""
+
+    CRITICAL = 2
+    WARNING = 4
+    INFO = 6
+
+
+@dataclass(frozen=True, slots=True)
+class StatusText:
+    """One line for the person on the ground."""
+
+    severity: Severity
+    text: str
+
+
+def _off() -> Vec3:
+    return np.full(3, _OFF)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Setpoint:
+    """An offboard setpoint: NaN switches an axis of a channel off, as PX4's trajectory_setpoint has it.
+
+    Attributes:
+        position: NED (m).
+        velocity: NED (m/s).
+        acceleration: NED (m/s²).
+        yaw: rad. yaw_rate: rad/s.
+    """
+
+    position: Vec3 = field(default_factory=_off)
+    velocity: Vec3 = field(default_factory=_off)
+    acceleration: Vec3 = field(default_factory=_off)
+    yaw: float = _OFF
+    yaw_rate: float = _OFF
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Estimate:
+    """The firmware's own estimate, which it flies on and reports; never the truth.
+
+    Attributes:
+        time_s: time since boot (s).
+        position, velocity, acceleration: NED (m, m/s, m/s²).
+        attitude: unit quaternion.
+        rates: body rates p, q, r (rad/s).
+    """
+
+    time_s: float
+    position: Vec3
+    velocity: Vec3
+    acceleration: Vec3
+    attitude: Quaternion
+    rates: Vec3
+
+
+@dataclass(frozen=True, slots=True)
+class Battery:
+    """Voltage (V), current (A), remaining charge (0 to 1)."""
+
+    voltage_v: float
+    current_a: float
+    remaining: float
+
+
+@dataclass(frozen=True, slots=True)
+class Health:
+    """What arming and SYS_STATUS ask for."""
+
+    sensors_ok: bool
+    position_ok: bool
+    ready_to_arm: bool
+
+
+class Firmware(Protocol):
+    """A simulated autopilot with its vehicle; time moves only in `Simulation.advance`."""
+
+    @property
+    def estimate(self) -> Estimate: ...
+    @property
+    def active_setpoint(self) -> Setpoint:
+        """What the position controller follows now, in any mode."""
+        ...
+
+    @property
+    def mode(self) -> Mode: ...
+    @property
+    def armed(self) -> bool: ...
+    @property
+    def landed(self) -> Landed: ...
+    @property
+    def failsafe(self) -> bool: ...
+    @property
+    def battery(self) -> Battery: ...
+    @property
+    def health(self) -> Health: ...
+
+    def arm(self, *, force: bool = False) -> Result: ...
+    def disarm(self, *, force: bool = False) -> Result:
+        """Refused in the air unless forced."""
+        ...
+
+    def set_mode(self, mode: Mode) -> Result: ...
+    def takeoff(self, altitude_m: float | None = None) -> Result:
+        """Takeoff mode to `altitude_m` above the present height (MIS_TAKEOFF_ALT when None)."""
+        ...
+
+    def reposition(self, position: Vec3, yaw: float) -> Result:
+        """Hold mode at another place (MAV_CMD_DO_REPOSITION); NaN keeps what is."""
+        ...
+
+    def offboard_setpoint(self, setpoint: Setpoint) -> None:
+        """A setpoint arrived now; proof of life even when another mode is active."""
+        ...
+
+    def take_status_texts(self) -> list[StatusText]:
+        """The texts since the last call, oldest first: reasons of refusals, failsafes, mode changes."""
+        ...
