@@ -13,5 +13,5 @@ Vec3: TypeAlias = Float[Array, "3"]
 Vec3s: TypeAlias = Float[Array, "n 3"]
 """A series of such vectors, one a row."""
 
-Times: TypeAlias = Float[Array, "n"]
+Times: TypeAlias = Float[Array, " n"]
 """Instants in seconds, rising."""
