@@ -1,6 +1,6 @@
 """One estimate of the vehicle's motion, and the time at which it held."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -30,6 +30,21 @@ class VehicleState:
     def age_s(self, now_s: float) -> float:
         """How old the estimate is at `now_s` of the companion clock (s)."""
         return now_s - self.time_s
+
+    def at(self, time_s: float) -> "VehicleState":
+        """The state carried to `time_s` (companion clock, s) at constant velocity and constant body rates.
+
+        Meant for the tens of milliseconds by which telemetry is late.
+        """
+        ahead_s = time_s - self.time_s
+        if ahead_s == 0.0:
+            return self
+        return replace(
+            self,
+            time_s=time_s,
+            position=self.position + ahead_s * self.velocity,
+            attitude=self.attitude + ahead_s * self.rates,
+        )
 
     def is_finite(self) -> bool:
         """Whether every number in it is finite."""
