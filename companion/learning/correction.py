@@ -1,0 +1,72 @@
+"""From the predicted error to the correction of the reference: u2(k) = α e_p(k+r) (Eqn. adaptationForm)."""
+
+from typing import Annotated, Literal, TypeAlias
+
+import numpy as np
+from jaxtyping import Float
+from pydantic import BaseModel, ConfigDict, Field, PositiveFloat
+
+from companion.arrays import Array, Vec3
+
+GainValue: TypeAlias = Annotated[float, Field(ge=0.0, le=100.0, allow_inf_nan=False)]
+
+
+class ConstantGain(BaseModel):
+    """The same α at every step, one for each axis (north, east, down): what the paper flew."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    kind: Literal["constant"] = "constant"
+    alpha: tuple[GainValue, GainValue, GainValue]
+
+
+class EstimatedGain(BaseModel):
+    """α̂* = −(∂F/∂u1)⁻¹ from the online model at every step (Insight 1, Remark 1), kept within bounds."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    kind: Literal["estimated"] = "estimated"
+    least: GainValue = 0.5
+    most: PositiveFloat = 4.0
+
+
+Gain: TypeAlias = Annotated[ConstantGain | EstimatedGain, Field(discriminator="kind")]
+
+
+def adaptation_gain(gain: Gain, error_gradient: Float[Array, "3 3"]) -> Vec3:
+    """α of each axis, from the error's gradient ∂F/∂u1 if it is to be estimated."""
+    match gain:
+        case ConstantGain(alpha=alpha):
+            return np.array(alpha)
+        case EstimatedGain(least=least, most=most):
+            return estimated_gain(np.diag(error_gradient), least, most)
+
+
+def estimated_gain(error_gradient: Vec3, least: float, most: float) -> Vec3:
+    """α̂* = −(∂F/∂u1)⁻¹ of each axis, regularised: between `least` and `most` whatever the gradient.
+
+    With G = −∂F/∂u1, the inverse 1/G is replaced by G / (G² + λ²). λ = 1 / (2 `most`) puts its peak at
+    `most`; towards a smaller gradient, of which the model knows nothing, it falls to 0 instead of growing
+    without limit, and a gradient of the wrong sign, or none (NaN), gives `least`.
+    """
+    slope = -np.nan_to_num(error_gradient, nan=0.0, posinf=0.0, neginf=0.0)
+    regularisation = 1.0 / (2.0 * most)
+    inverse: Vec3 = slope / (slope**2 + regularisation**2)
+    return np.maximum(inverse, least)
+
+
+def correction(predicted_error: Vec3, alpha: Vec3, limit_m: float) -> Vec3:
+    """u2 = α e_p (m), shortened to `limit_m` where it is longer; zero if it is not finite."""
+    u2 = alpha * predicted_error
+    length = float(np.linalg.norm(u2))
+    if not np.isfinite(length):
+        return np.zeros(3)
+    return u2 if length <= limit_m else u2 * (limit_m / length)
+
+
+def velocity_correction(u2: Vec3, previous_u2: Vec3, sample_time_s: float) -> Vec3:
+    """Correction of the velocity reference (m/s): first-order finite difference of u2.
+
+    As in the paper's section "Online Learning for Bebop".
+    """
+    return (u2 - previous_u2) / sample_time_s

@@ -1,0 +1,137 @@
+"""The online model of Remark 1: what tracking error will the reference u1 lead to, one preview from now?
+
+Its forms differ in two things only: what the process sees, and the point from which it counts the position
+y(k+r) that it learns to predict. The error is what remains to y_d(k+r).
+
+| form | inputs ξ | counts from | |
+|-|-|-|-|
+| `error` | x(k), u(k), y_d(k+r) | y_d(k+r) | Remark 1: learns y − y_d, the error with its sign turned |
+| `position` | I2 | the origin | the paper's flights: learns p_a(k+r), then subtracts it |
+| `displacement` | v, θ, ω, p_r − p_a, v_r | p_a(k) | learns the way to be flown during the preview |
+
+With a zero prior mean `position` pulls an ignorant prediction to the map's origin, however far away that is;
+`displacement` pulls it to where the vehicle is, and what it learns in one place holds in any other.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Literal, NamedTuple, TypeAlias
+
+import numpy as np
+from jaxtyping import Float
+
+from companion.arrays import Array, Vec3
+from companion.learning.features import error_inputs
+from companion.learning.gaussian_process import Kernel, SlidingWindow, fit, predict
+
+
+class Step(NamedTuple):
+    """One control step k, as the online model sees it; NED, SI.
+
+    Attributes:
+        state: x(k), `features.state_vector`.
+        reference_position: p_r(k): u1(k) to predict its error, u(k) as sent to learn from it (m).
+        reference_velocity: v_r(k) (m/s).
+        desired_position: p_d(k+r) (m).
+        desired_velocity: v_d(k+r−1) (m/s).
+    """
+
+    state: Float[Array, "12"]
+    reference_position: Vec3
+    reference_velocity: Vec3
+    desired_position: Vec3
+    desired_velocity: Vec3
+
+
+FormName: TypeAlias = Literal["error", "position", "displacement"]
+
+
+class Form(NamedTuple):
+    """One form of the online model: what the process sees of a step, and where it counts positions from.
+
+    `reference` is where the reference position stands among the inputs.
+    """
+
+    inputs: Callable[[Step], Float[Array, " d"]]
+    origin: Callable[[Step], Vec3]
+    reference: slice
+    size: int
+
+
+def _relative_inputs(step: Step) -> Float[Array, "15"]:
+    return np.concatenate((step.state[3:], step.reference_position - step.state[:3], step.reference_velocity))
+
+
+FORMS: Mapping[FormName, Form] = MappingProxyType(
+    {
+        "error": Form(
+            inputs=lambda step: np.concatenate((step.state, step.reference_position, step.desired_position)),
+            origin=lambda step: step.desired_position,
+            reference=slice(12, 15),
+            size=18,
+        ),
+        "position": Form(
+            inputs=lambda step: error_inputs(*step),
+            origin=lambda step: np.zeros(3),
+            reference=slice(12, 15),
+            size=24,
+        ),
+        "displacement": Form(
+            inputs=_relative_inputs,
+            origin=lambda step: step.state[:3],
+            reference=slice(9, 12),
+            size=15,
+        ),
+    }
+)
+
+
+@dataclass(frozen=True, eq=False)
+class PredictedError:
+    """What the online model expects of one step.
+
+    Attributes:
+        error: e_p(k+r) = y_d(k+r) − ŷ(k+r) (m).
+        position: ŷ(k+r) (m).
+        variance: of the position, the same for each axis (m²).
+        gradient: ∂F/∂u1 = ∂e_p/∂u1, row: error, column: reference position.
+    """
+
+    error: Vec3
+    position: Vec3
+    variance: float
+    gradient: Float[Array, "3 3"]
+
+
+class ErrorModel:
+    """The online model: learns from steps whose outcome was flown, predicts that of the present one."""
+
+    def __init__(self, form: FormName, kernel: Kernel, window: int) -> None:
+        self._form = FORMS[form]
+        self._kernel = kernel
+        self._window = SlidingWindow(window, inputs=self._form.size, outputs=3)
+
+    def __len__(self) -> int:
+        """How many observations it rests on."""
+        return len(self._window)
+
+    def learn(self, step: Step, flown_position: Vec3) -> bool:
+        """Take in that `step` (with the reference as sent) led to y(k+r); False if that is not finite."""
+        return self._window.append(self._form.inputs(step), flown_position - self._form.origin(step))
+
+    def predict(self, step: Step) -> PredictedError:
+        """The error that `step` leads to; NaN, never an exception, if the step is not finite."""
+        posterior = fit(self._window.inputs, self._window.outputs, self._kernel)
+        prediction = predict(posterior, self._form.inputs(step))
+        position = self._form.origin(step) + prediction.mean
+        return PredictedError(
+            error=step.desired_position - position,
+            position=position,
+            variance=prediction.variance,
+            gradient=-prediction.gradient[:, self._form.reference],
+        )
+
+    def forget(self) -> None:
+        """Start anew, as after a gap in the telemetry."""
+        self._window.clear()
