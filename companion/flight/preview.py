@@ -1,0 +1,24 @@
+"""What the learned models are shown: the state as they know it, and the desired motion one preview ahead."""
+
+import numpy as np
+from jaxtyping import Float
+
+from companion.arrays import Array, Vec3
+from companion.learning.features import Preview, state_vector
+from companion.state import VehicleState
+from companion.trajectory.trajectory import Trajectory
+
+
+def state_of(state: VehicleState) -> Float[Array, "12"]:
+    """x(k) of the paper (`features.state_vector`)."""
+    return state_vector(state.position, state.velocity, state.attitude, state.rates)
+
+
+def desired_ahead(trajectory: Trajectory, time_s: float, preview: Preview) -> tuple[Vec3, Vec3]:
+    """Desired position (m) and velocity (m/s), each axis its own lead after `time_s` on the trajectory (s)."""
+    samples = {
+        lead_s: trajectory.at(time_s + lead_s) for lead_s in {*preview.position_s, *preview.velocity_s}
+    }
+    position = np.array([samples[lead_s].position[axis] for axis, lead_s in enumerate(preview.position_s)])
+    velocity = np.array([samples[lead_s].velocity[axis] for axis, lead_s in enumerate(preview.velocity_s)])
+    return position, velocity

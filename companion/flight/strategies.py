@@ -1,0 +1,89 @@
+"""The strategies: how the reference u1 is made from the trajectory, and whether an online model corrects it.
+
+| strategy      | u1                                                    | u2                |
+|---------------|-------------------------------------------------------|-------------------|
+| `baseline`    | position and velocity                                 | none              |
+| `feedforward` | position, velocity and acceleration                   | none              |
+| `lookahead`   | position and velocity, a constant time early          | none              |
+| `dnn`         | inverse network of a source vehicle                   | none              |
+| `gp`          | position, velocity and acceleration                   | online correction |
+| `dnn+gp`      | inverse network of a source vehicle                   | online correction |
+"""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Protocol
+
+from companion.flight.reference import Reference
+from companion.flight.preview import desired_ahead, state_of
+from companion.learning.features import inverse_inputs, reference
+from companion.learning.inverse_network import InverseNetwork
+from companion.state import VehicleState
+from companion.trajectory.trajectory import Trajectory
+
+
+class Strategy(StrEnum):
+    """By the names that the command takes."""
+
+    BASELINE = "baseline"
+    FEEDFORWARD = "feedforward"
+    LOOKAHEAD = "lookahead"
+    DNN = "dnn"
+    GP = "gp"
+    DNN_GP = "dnn+gp"
+
+    @property
+    def needs_network(self) -> bool:
+        """Whether u1 comes from a trained inverse network."""
+        return self in (Strategy.DNN, Strategy.DNN_GP)
+
+    @property
+    def learns_online(self) -> bool:
+        """Whether an online model corrects u1."""
+        return self in (Strategy.GP, Strategy.DNN_GP)
+
+
+class ReferenceLaw(Protocol):
+    """How u1 is made: from the trajectory, the time on it (s) and the vehicle's state."""
+
+    def __call__(self, trajectory: Trajectory, time_s: float, state: VehicleState) -> Reference:
+        """The reference for this control step."""
+        ...
+
+
+def position_velocity(trajectory: Trajectory, time_s: float, state: VehicleState) -> Reference:
+    """The baseline: the trajectory's position and velocity now."""
+    desired = trajectory.at(time_s)
+    return Reference(desired.position, desired.velocity)
+
+
+def position_velocity_acceleration(trajectory: Trajectory, time_s: float, state: VehicleState) -> Reference:
+    """The baseline with the trajectory's acceleration as feed-forward."""
+    desired = trajectory.at(time_s)
+    return Reference(desired.position, desired.velocity, desired.acceleration)
+
+
+@dataclass(frozen=True, slots=True)
+class Lookahead:
+    """The baseline, `shift_s` seconds early: what compensates a vehicle's constant lag."""
+
+    shift_s: float
+
+    def __call__(self, trajectory: Trajectory, time_s: float, state: VehicleState) -> Reference:
+        """The trajectory's position and velocity `shift_s` from now."""
+        return position_velocity(trajectory, time_s + self.shift_s, state)
+
+
+@dataclass(frozen=True, slots=True)
+class InverseDynamics:
+    """u1 of the paper: the source vehicle's inverse network, asked for what the trajectory needs next."""
+
+    network: InverseNetwork
+
+    def __call__(self, trajectory: Trajectory, time_s: float, state: VehicleState) -> Reference:
+        """The reference that would bring the source vehicle onto the trajectory (Eqn. dnnMapping)."""
+        x = state_of(state)
+        outputs = self.network(
+            inverse_inputs(x, *desired_ahead(trajectory, time_s, self.network.card.preview))
+        )
+        return Reference(*reference(x, outputs))
