@@ -4,11 +4,13 @@ States come at the telemetry's rate, references at the control rate, each with i
 is how they exist on a real vehicle. Everything is NED, metres, seconds, radians.
 """
 
-from dataclasses import dataclass, field
+import hashlib
+from dataclasses import dataclass, field, fields
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict
 
-from companion.arrays import Times, Vec3s
+from companion.arrays import Array, Times, Vec3s
 
 
 class Provenance(BaseModel):
@@ -83,3 +85,17 @@ class Recording:
     references: ReferenceSeries
     tracking: TrackingSeries | None = None
     events: tuple[tuple[float, str], ...] = field(default=())
+
+
+def digest(recording: Recording) -> str:
+    """SHA-256 (hex) of the recording's series: the same after a write and a read, whatever it is called."""
+    sha = hashlib.sha256()
+    for series in (recording.states, recording.references, recording.tracking):
+        if series is None:
+            continue
+        for column in fields(series):
+            values: Array = getattr(series, column.name)
+            one_nan = np.where(np.isnan(values), np.nan, values)
+            sha.update(f"{type(series).__name__}.{column.name} {values.shape}".encode())
+            sha.update(np.ascontiguousarray(one_nan, dtype="<f8").tobytes())
+    return sha.hexdigest()

@@ -1,0 +1,331 @@
+"""A recording as one MCAP file, which Foxglove and PlotJuggler open as it is.
+
+Three channels of JSON messages with a JSON schema hold the three series, a message a row: `/state`,
+`/reference` and `/tracking`. `/events` holds what happened in words, the metadata record `provenance`
+what the recording is of. Vectors are objects (`position.x`), so that a viewer names its curves by itself.
+
+Time: `time_s` of a message is the companion's clock, to the last bit; `log_time` and `publish_time` are the
+same instant in whole nanoseconds. That clock's zero has no meaning: no file knows the time of day.
+
+NaN, which JSON does not have, is a component left out; viewers that follow the schema refuse `null`.
+Chunks are complete in themselves, so a file that was cut is read up to its last whole chunk.
+
+Format: https://mcap.dev/spec
+"""
+
+import dataclasses
+import heapq
+import io
+import json
+import math
+import struct
+from array import array
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from operator import itemgetter
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self, TypeAlias, TypeVar
+
+import numpy as np
+import zstandard
+from mcap.exceptions import McapError
+from mcap.records import Channel, Chunk, DataEnd, McapRecord, Message, Metadata, Schema
+from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.writer import Writer
+
+from companion.arrays import Vec3
+from companion.errors import InputError
+from companion.recording.series import (
+    Provenance,
+    Recording,
+    ReferenceSeries,
+    StateSeries,
+    TrackingSeries,
+)
+
+Row: TypeAlias = tuple[float, Callable[..., None], Sequence[object]]
+"""A message to be: its time (s), the method that adds it, and what that takes besides the time."""
+
+Series = TypeVar("Series", StateSeries, ReferenceSeries, TrackingSeries)
+
+SERIES = {"/state": StateSeries, "/reference": ReferenceSeries, "/tracking": TrackingSeries}
+EVENTS = "/events"
+PROVENANCE = "provenance"
+
+MAX_BYTES = 2**30
+"""No recording may be larger, packed or unpacked (bytes): three hours at the usual rates."""
+
+NOT_XYZ = {"attitude": ("roll", "pitch", "yaw"), "rates": ("p", "q", "r")}
+"""Vectors whose components have names of their own."""
+
+UNREADABLE = (
+    *(McapError, struct.error, zstandard.ZstdError),
+    *(ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError),
+)
+"""What the libraries beneath raise on bytes that are no MCAP file, or half of one."""
+
+
+def _vectors(topic: str) -> dict[str, tuple[str, ...]]:
+    """Names of a topic's vectors, in order, with the names of their components."""
+    names = [field.name for field in dataclasses.fields(SERIES[topic])]
+    return {name: NOT_XYZ.get(name, ("x", "y", "z")) for name in names if name != "time_s"}
+
+
+VECTORS = {topic: _vectors(topic) for topic in SERIES}
+
+
+def _schema_name(topic: str) -> str:
+    return f"impromptu.{topic.removeprefix('/').capitalize()}"
+
+
+def _json_schema(topic: str) -> dict[str, object]:
+    number = {"type": "number"}
+    properties: dict[str, object] = {"time_s": number}
+    if topic == EVENTS:
+        properties["text"] = {"type": "string"}
+    else:
+        for name, components in VECTORS[topic].items():
+            properties[name] = {"type": "object", "properties": dict.fromkeys(components, number)}
+    return {
+        "title": _schema_name(topic),
+        "description": "NED, metres, seconds, radians; time_s is the companion's clock",
+        "type": "object",
+        "properties": properties,
+        "required": list(properties),
+    }
+
+
+class McapWriter:
+    """Writes a recording message by message; use it as a context manager.
+
+    Rows may come in any order, and are read back, a series each, in the order in which they came.
+    All vectors are in the frame and units of `companion.recording.series`; times are finite and not
+    negative (s).
+
+    Raises:
+        InputError: when the file cannot be written.
+    """
+
+    def __init__(self, path: Path, provenance: Provenance) -> None:
+        try:
+            self._file = path.open("wb")
+        except OSError as error:
+            raise InputError(f"{path}: cannot be written ({error.strerror})") from error
+        self._writer = Writer(self._file, enable_data_crcs=True)
+        self._writer.start(library=f"impromptu {provenance.software}".rstrip())
+        self._writer.add_metadata(
+            PROVENANCE, {key: json.dumps(value) for key, value in provenance.model_dump(mode="json").items()}
+        )
+        self._channels = {topic: self._register(topic) for topic in (*SERIES, EVENTS)}
+
+    def _register(self, topic: str) -> int:
+        schema = json.dumps(_json_schema(topic)).encode()
+        schema_id = self._writer.register_schema(_schema_name(topic), "jsonschema", schema)
+        return self._writer.register_channel(topic, "json", schema_id)
+
+    def add_state(self, time_s: float, position: Vec3, velocity: Vec3, attitude: Vec3, rates: Vec3) -> None:
+        """Add a row of `StateSeries`."""
+        self._add_row("/state", time_s, (position, velocity, attitude, rates))
+
+    def add_reference(self, time_s: float, position: Vec3, velocity: Vec3, acceleration: Vec3) -> None:
+        """Add a row of `ReferenceSeries`."""
+        self._add_row("/reference", time_s, (position, velocity, acceleration))
+
+    def add_tracking(
+        self,
+        time_s: float,
+        desired_position: Vec3,
+        desired_velocity: Vec3,
+        desired_acceleration: Vec3,
+        u1: Vec3,
+        u2: Vec3,
+        predicted_position: Vec3,
+        predicted_variance: Vec3,
+        alpha: Vec3,
+    ) -> None:
+        """Add a row of `TrackingSeries`."""
+        desired = (desired_position, desired_velocity, desired_acceleration)
+        self._add_row("/tracking", time_s, (*desired, u1, u2, predicted_position, predicted_variance, alpha))
+
+    def add_event(self, time_s: float, text: str) -> None:
+        """Add what happened at `time_s`, in words."""
+        self._add(EVENTS, time_s, {"text": text})
+
+    def flush(self) -> None:
+        """End the chunk and hand everything so far to the system: what is lost in a crash comes later."""
+        self._writer.flush()  # type: ignore[no-untyped-call]
+
+    def close(self) -> None:
+        """Write the index that lets viewers jump, and close the file; a second call does nothing."""
+        if not self._file.closed:
+            self._writer.finish()  # type: ignore[no-untyped-call]
+            self._file.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _add_row(self, topic: str, time_s: float, vectors: Iterable[Vec3]) -> None:
+        fields: dict[str, object] = {}
+        for (name, components), vector in zip(VECTORS[topic].items(), vectors, strict=True):
+            numbers = zip(components, vector.tolist(), strict=True)
+            fields[name] = {component: number for component, number in numbers if math.isfinite(number)}
+        self._add(topic, time_s, fields)
+
+    def _add(self, topic: str, time_s: float, fields: dict[str, object]) -> None:
+        nanoseconds = round(time_s * 1e9)
+        body = json.dumps({"time_s": float(time_s), **fields}).encode()
+        self._writer.add_message(self._channels[topic], nanoseconds, body, nanoseconds)
+
+
+def write_recording(recording: Recording, path: Path) -> None:
+    """Write `recording` to `path` (MCAP), its messages in the order of their times.
+
+    Raises:
+        InputError: when the file cannot be written.
+    """
+    with McapWriter(path, recording.provenance) as writer:
+        rows: list[Iterator[Row]] = [
+            _rows(recording.states, writer.add_state),
+            _rows(recording.references, writer.add_reference),
+            ((time_s, writer.add_event, (text,)) for time_s, text in recording.events),
+        ]
+        if recording.tracking is not None:
+            rows.append(_rows(recording.tracking, writer.add_tracking))
+        for time_s, add, columns in heapq.merge(*rows, key=itemgetter(0)):
+            add(time_s, *columns)
+
+
+def _rows(series: Series, add: Callable[..., None]) -> Iterator[Row]:
+    columns = [getattr(series, field.name) for field in dataclasses.fields(series)]
+    for time_s, *vectors in zip(*columns, strict=True):
+        yield time_s, add, vectors
+
+
+class _Contents:
+    """What has been read so far: flat rows of numbers for each topic, 8 bytes a number."""
+
+    def __init__(self) -> None:
+        self.provenance: Provenance | None = None
+        self.times = {topic: array("d") for topic in SERIES}
+        self.events: list[tuple[float, str]] = []
+        self._vectors = {topic: array("d") for topic in SERIES}
+        self._schemas: dict[int, str] = {}
+        self._topics: dict[int, str] = {}
+
+    def take(self, record: McapRecord) -> None:
+        """Take in one record."""
+        match record:
+            case Schema():
+                self._schemas[record.id] = record.name
+            case Channel():
+                known = record.topic in (*SERIES, EVENTS)
+                if known and self._schemas.get(record.schema_id) == _schema_name(record.topic):
+                    self._topics[record.id] = record.topic
+            case Message():
+                if (topic := self._topics.get(record.channel_id)) is not None:
+                    self._take_message(topic, json.loads(record.data))
+            case Metadata() if record.name == PROVENANCE:
+                values = {key: json.loads(value) for key, value in record.metadata.items()}
+                self.provenance = Provenance.model_validate(values)
+
+    def _take_message(self, topic: str, message: dict[str, Any]) -> None:
+        time_s = message["time_s"]
+        if not math.isfinite(time_s):
+            raise ValueError("time_s is not finite")
+        if topic == EVENTS:
+            self.events.append((time_s, str(message["text"])))
+            return
+        numbers = [
+            message[name].get(component, math.nan)
+            for name, components in VECTORS[topic].items()
+            for component in components
+        ]
+        self._vectors[topic].extend(array("d", numbers))
+        self.times[topic].append(time_s)
+
+    def series(self, topic: str, kind: type[Series]) -> Series:
+        """The rows of `topic` as a series."""
+        vectors = np.array(self._vectors[topic]).reshape(-1, len(VECTORS[topic]), 3)
+        columns = {name: vectors[:, i].copy() for i, name in enumerate(VECTORS[topic])}
+        return kind(time_s=np.array(self.times[topic]), **columns)
+
+
+def read_recording(path: Path) -> Recording:
+    """Read a recording from an MCAP file of this layout; other channels in it are passed over.
+
+    A file that was cut short gives what is left of it, and an event at its end says so.
+
+    Raises:
+        InputError: when the file cannot be read, is no recording, is damaged or is too large.
+    """
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            raise _too_large(path)
+        file = io.BytesIO(path.read_bytes())  # unlike a file, it never allocates what a length field claims
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
+    contents = _Contents()
+    whole = _read_into(contents, file, path)
+    if contents.provenance is None:
+        raise InputError(f"{path}: no recording of Impromptu: an MCAP file with its provenance was expected")
+    if not whole:
+        last_s = max((rows[-1] for rows in contents.times.values() if rows), default=0.0)
+        contents.events.append((last_s, f"the recording ends here: {path.name} was cut short"))
+    tracking = contents.series("/tracking", TrackingSeries)
+    return Recording(
+        provenance=contents.provenance,
+        states=contents.series("/state", StateSeries),
+        references=contents.series("/reference", ReferenceSeries),
+        tracking=tracking if len(tracking.time_s) else None,
+        events=tuple(contents.events),
+    )
+
+
+def _read_into(contents: _Contents, file: io.BytesIO, path: Path) -> bool:
+    """Fill `contents` from `file`; False when the file ends before its data do."""
+    try:
+        for record in _records(file, path):
+            contents.take(record)
+    except UNREADABLE as error:
+        damaged_before = file.tell()
+        if file.read(1):
+            raise InputError(f"{path}: damaged before byte {damaged_before}, or no MCAP file") from error
+        return False
+    return True
+
+
+def _too_large(path: Path) -> InputError:
+    return InputError(f"{path}: larger than {MAX_BYTES} bytes: too large for one recording")
+
+
+def _records(file: io.BytesIO, path: Path) -> Iterator[McapRecord]:
+    """The records of the data section, those inside chunks too, each chunk checked against its CRC."""
+    unpacked = 0
+    reader = StreamReader(file, emit_chunks=True, validate_crcs=True)
+    for record in reader.records:
+        match record:
+            case Chunk():
+                unpacked += _unpacked_size(record)
+                if unpacked > MAX_BYTES:
+                    raise _too_large(path)
+                yield from breakup_chunk(record, validate_crc=True)
+            case DataEnd():
+                return
+            case _:
+                yield record
+
+
+def _unpacked_size(chunk: Chunk) -> int:
+    """What unpacking `chunk` will take (bytes)."""
+    if chunk.compression == "zstd":
+        size = zstandard.get_frame_parameters(chunk.data).content_size
+        if size not in (chunk.uncompressed_size, zstandard.CONTENTSIZE_UNKNOWN):
+            raise ValueError(f"chunk of {size} bytes, not {chunk.uncompressed_size}")
+    elif chunk.compression:
+        raise ValueError(f"compression {chunk.compression!r}")
+    return chunk.uncompressed_size
