@@ -4,8 +4,8 @@ Every function works on the last axis, so that one sample in flight and a whole 
 share one definition. The paper's section "Experiment Setup" defines the vectors; where it prints
 z_d(k+3) − z_d(k) in I1, z_a(k) is meant.
 
-Vectors are NED; attitude and rates are as seen facing north (`companion.state.heading`), so that a network
-holds for every heading.
+Vectors are NED; attitude and rates enter as they would read if the nose pointed north (`state_vector`), so that
+what is learned at one heading holds at any other.
 """
 
 from typing import Annotated, TypeAlias
@@ -51,7 +51,7 @@ def _along_axes(*vectors: str) -> tuple[str, ...]:
     return tuple(f"{vector}.{axis}" for vector in vectors for axis in ("north", "east", "down"))
 
 
-ATTITUDE: tuple[str, ...] = ("roll", "pitch", "yaw_error", "rate.p", "rate.q", "rate.r")
+ATTITUDE: tuple[str, ...] = ("roll", "pitch", "yaw", "rate.p", "rate.q", "rate.r")
 """θ_a and ω_a: names of the last six entries of the state."""
 
 STATE: tuple[str, ...] = (*_along_axes("position", "velocity"), *ATTITUDE)
@@ -79,11 +79,28 @@ def state_vector(
     attitude: Float[Array, "*n 3"],
     rates: Float[Array, "*n 3"],
 ) -> Float[Array, "*n 12"]:
-    """x(k): position (m), velocity (m/s), attitude (roll, pitch, yaw error; rad) and body rates (rad/s).
+    """x(k): position (m), velocity (m/s), attitude (rad) and rates (rad/s), whatever way the nose points.
 
-    Attitude and rates are those of `state.heading.facing_north`, so that the heading does not matter.
+    `attitude` is roll, pitch, yaw (rad, z-y'-x'' from NED), `rates` are body rates p, q, r (rad/s). Both are
+    turned about the vertical to a yaw of zero: the tilt of the thrust axis is kept exactly, the rates are exact
+    when level. The yaw itself is left at zero: the reference does not depend on it, and it jumps at ±π.
     """
-    return np.concatenate((position, velocity, attitude, rates), axis=-1)
+    roll, pitch, yaw = np.moveaxis(attitude, -1, 0)
+    p, q, r = np.moveaxis(rates, -1, 0)
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    # Third column of R = Rz(yaw) Ry(pitch) Rx(roll): the body's down axis in NED.
+    forward, right, down = np.cos(roll) * np.sin(pitch), -np.sin(roll), np.cos(roll) * np.cos(pitch)
+    north, east = cos * forward - sin * right, sin * forward + cos * right
+    roll_north = -np.arcsin(np.minimum(np.maximum(east, -1.0), 1.0))
+    turned = (
+        roll_north,
+        np.arctan2(north, down),
+        np.zeros_like(yaw),
+        cos * p - sin * q,
+        sin * p + cos * q,
+        r,
+    )
+    return np.concatenate((position, velocity, np.stack(turned, axis=-1)), axis=-1)
 
 
 def inverse_inputs(

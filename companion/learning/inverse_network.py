@@ -60,6 +60,18 @@ def normalised(inputs: Float[Array, "*n d"], scaling: Scaling) -> Float[Array32,
     return clipped
 
 
+def propagated(inputs: Float[Array32, "*n d"], layers: tuple[Layer, ...]) -> Float[Array32, "*n m"]:
+    """What a network of rectified linear units makes of standardised inputs; standardised as well."""
+    activation = inputs
+    for weight, bias in layers[:-1]:
+        activation = np.dot(activation, weight)
+        activation += bias
+        np.maximum(activation, 0.0, out=activation)
+    weight, bias = layers[-1]
+    outputs: Float[Array32, "*n m"] = np.dot(activation, weight) + bias
+    return outputs
+
+
 class ModelCard(BaseModel):
     """What a model is: enough to use it rightly, and to know where it comes from.
 
@@ -109,14 +121,6 @@ class InverseNetwork:
 
     def __call__(self, inputs: Float[Array, "*n 12"]) -> Float[Array, "*n 6"]:
         """O1 for I1, of one sample or of many; NaN where an input is not finite."""
-        activation = normalised(inputs, self.input_scaling)
-        for weight, bias in self.layers[:-1]:
-            activation = np.dot(activation, weight)
-            activation += bias
-            np.maximum(activation, 0.0, out=activation)
-        weight, bias = self.layers[-1]
         mean, scale = self.output_scaling
-        outputs: Float[Array, "*n 6"] = ((np.dot(activation, weight) + bias) * scale + mean).astype(
-            np.float64
-        )
-        return outputs
+        outputs = propagated(normalised(inputs, self.input_scaling), self.layers) * scale + mean
+        return outputs.astype(np.float64)

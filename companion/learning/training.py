@@ -1,0 +1,114 @@
+"""From a recorded flight to the inverse network of the vehicle that flew it (the paper's "DNN Module").
+
+Training needs torch (the `train` extra); importing this module does not.
+"""
+
+import hashlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+from typing import TypeAlias
+
+import numpy as np
+from jaxtyping import Float
+
+from companion.arrays import Array
+from companion.errors import InputError
+from companion.learning.features import INVERSE_INPUTS, INVERSE_OUTPUTS, Preview
+from companion.learning.inverse_network import (
+    InverseNetwork,
+    Layer,
+    ModelCard,
+    Scaling,
+    input_scaling,
+    normalised,
+    output_scaling,
+    propagated,
+)
+from companion.learning.training_data import constant_lag, training_pairs
+from companion.recording.series import Recording
+
+HIDDEN_LAYERS = (128, 128, 128, 128)
+
+HELD_OUT_SHARE = 0.15
+"""Of the flight: its last part."""
+
+Progress: TypeAlias = Callable[[int, float], None]
+"""Called after every epoch with its number (from 1) and the held-out error (standardised, RMS)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """What a training found.
+
+    Attributes:
+        layers: affine maps, first to last.
+        input_scaling, output_scaling: standardisation on the samples trained on.
+        held_out_rms: error of each output on the samples held out, in the outputs' units.
+    """
+
+    layers: tuple[Layer, ...]
+    input_scaling: Scaling
+    output_scaling: Scaling
+    held_out_rms: Float[Array, " m"]
+
+
+def train_inverse_network(
+    recording: Recording,
+    preview: Preview,
+    sample_time_s: float,
+    *,
+    seed: int,
+    progress: Progress | None = None,
+) -> InverseNetwork:
+    """Train the inverse of the vehicle that flew `recording` (Eqn. dnnMapping); same seed, same network.
+
+    Raises:
+        InputError: too little usable data, or torch is missing.
+    """
+    inputs, outputs = training_pairs(recording, preview, sample_time_s)
+    fit = train(inputs, outputs, seed=seed, progress=progress)
+    card = ModelCard(
+        inputs=INVERSE_INPUTS,
+        outputs=INVERSE_OUTPUTS,
+        preview=preview,
+        sample_time_s=sample_time_s,
+        vehicle=recording.provenance.vehicle,
+        data_sha256=hashlib.sha256(inputs.tobytes() + outputs.tobytes()).hexdigest(),
+        data_seconds=len(inputs) * sample_time_s,
+        seed=seed,
+        held_out_rms=tuple(fit.held_out_rms.tolist()),
+        lookahead_s=constant_lag(recording),
+        software=version("impromptu"),
+    )
+    return InverseNetwork(card, fit.layers, fit.input_scaling, fit.output_scaling)
+
+
+def train(
+    inputs: Float[Array, "n d"],
+    outputs: Float[Array, "n m"],
+    *,
+    seed: int,
+    hidden_layers: Sequence[int] = HIDDEN_LAYERS,
+    progress: Progress | None = None,
+) -> Fit:
+    """Fit a network of rectified linear units to samples in the order of time; deterministic, on one core.
+
+    The last part of the flight is held out, in one piece: neighbours in time are nearly copies of each other,
+    and a shuffled split would measure memory. Training stops when the error there no longer falls, and
+    the weights of its lowest point are kept.
+
+    Raises:
+        InputError: torch is missing.
+    """
+    try:
+        from companion.learning.descent import descend
+    except ModuleNotFoundError as error:
+        raise InputError("training needs torch: install it with `pip install 'impromptu[train]'`") from error
+    kept = round(len(inputs) * (1.0 - HELD_OUT_SHARE))
+    of_inputs, of_outputs = input_scaling(inputs[:kept]), output_scaling(outputs[:kept])
+    x = normalised(inputs, of_inputs)
+    y = ((outputs - of_outputs.mean) / of_outputs.scale).astype(np.float32)
+    layers = descend((x[:kept], y[:kept]), (x[kept:], y[kept:]), hidden_layers, seed=seed, progress=progress)
+    residual = (propagated(x[kept:], layers) - y[kept:]) * of_outputs.scale
+    return Fit(layers, of_inputs, of_outputs, np.sqrt(np.mean(residual.astype(np.float64) ** 2, axis=0)))

@@ -1,0 +1,121 @@
+"""From a recorded flight to what the inverse network is trained on: {x(k), y(k+r)} → u(k).
+
+The paper's section "Background on Offline Inverse Learning": what was flown one preview later stands for what
+is desired, and the reference that led to it is what the network has to answer.
+"""
+
+from typing import TypeAlias
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from companion.arrays import Array, Times, Vec3s
+from companion.errors import InputError
+from companion.learning.features import Preview, inverse_inputs, inverse_outputs, state_vector
+from companion.recording.series import Recording, ReferenceSeries, StateSeries
+
+Indices: TypeAlias = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
+
+LONGEST_GAP_S = 0.25
+"""A stream that pauses for longer is broken there: nothing is interpolated or learned across the gap."""
+
+FEWEST_PAIRS = 200
+"""What a training needs at the very least; the paper used 2,800."""
+
+LONGEST_LAG_S = 2.0
+
+
+def training_pairs(
+    recording: Recording, preview: Preview, sample_time_s: float
+) -> tuple[Float[Array, "n 12"], Float[Array, "n 6"]]:
+    """Inputs I1 and outputs O1 at every `sample_time_s` (s) of a flight, in the order of time.
+
+    k is the instant at which a reference was sent; states are interpolated there and one preview later.
+    Left out is what lacks the position or the velocity of its reference, and what falls into a gap of states
+    or references.
+
+    Raises:
+        InputError: too little of the flight can be used.
+    """
+    sent, states = _complete(recording.references), recording.states
+    continues_s = _end_of_stretch(sent.time_s) - sent.time_s
+    chosen = _thinned(sent.time_s, sample_time_s)
+    chosen = chosen[continues_s[chosen] >= preview.longest_s]
+    time_s = sent.time_s[chosen]
+    x = _interpolated(time_s, states.time_s, _state_vectors(states))
+    inputs = inverse_inputs(
+        x,
+        _ahead(time_s, preview.position_s, states.time_s, states.position),
+        _ahead(time_s, preview.velocity_s, states.time_s, states.velocity),
+    )
+    outputs = inverse_outputs(x, sent.position[chosen], sent.velocity[chosen])
+    usable = np.isfinite(inputs).all(axis=1) & np.isfinite(outputs).all(axis=1)
+    if usable.sum() < FEWEST_PAIRS:
+        raise InputError(
+            f"the recording gives {usable.sum()} training samples, at least {FEWEST_PAIRS} are needed: "
+            "fly longer, or mend the gaps in its telemetry"
+        )
+    return inputs[usable], outputs[usable]
+
+
+def constant_lag(recording: Recording) -> float:
+    """The constant time (s) by which the flown position lags behind its reference: least squares, to 10 ms.
+
+    To send the desired position that much early is what can be done without a model.
+    """
+    sent, states = _complete(recording.references), recording.states
+    lags = np.arange(0.0, LONGEST_LAG_S, 0.01)
+    misfits = np.full(len(lags), np.inf)
+    for index, lag in enumerate(lags):
+        misfit = _ahead(sent.time_s, (lag, lag, lag), states.time_s, states.position) - sent.position
+        known = np.isfinite(misfit).all(axis=1)
+        if known.sum() >= FEWEST_PAIRS:
+            misfits[index] = np.mean(misfit[known] ** 2)
+    return float(lags[np.argmin(misfits)])
+
+
+def _complete(references: ReferenceSeries) -> ReferenceSeries:
+    """Those references that had both a position and a velocity."""
+    complete = np.isfinite(references.position).all(axis=1) & np.isfinite(references.velocity).all(axis=1)
+    return ReferenceSeries(
+        references.time_s[complete],
+        references.position[complete],
+        references.velocity[complete],
+        references.acceleration[complete],
+    )
+
+
+def _end_of_stretch(time_s: Times) -> Times:
+    """For each instant, the last one that follows it without a gap."""
+    stretch = np.concatenate(([0], np.cumsum(np.diff(time_s) > LONGEST_GAP_S))) if len(time_s) else time_s
+    last = np.searchsorted(stretch, stretch, side="right") - 1
+    return time_s[last]
+
+
+def _thinned(time_s: Times, sample_time_s: float) -> Int[Indices, " k"]:
+    """Indices of instants that are `sample_time_s` apart, or farther where there are none."""
+    number = np.round((time_s - time_s[:1]) / sample_time_s)
+    return np.unique(number, return_index=True)[1]
+
+
+def _state_vectors(states: StateSeries) -> Float[Array, "n 12"]:
+    return state_vector(states.position, states.velocity, states.attitude, states.rates)
+
+
+def _ahead(time_s: Times, lead_s: tuple[float, float, float], known_s: Times, values: Vec3s) -> Vec3s:
+    """Each axis of `values` its own lead later than `time_s`."""
+    return np.column_stack(
+        [_interpolated(time_s + lead, known_s, values[:, [axis]]) for axis, lead in enumerate(lead_s)]
+    )
+
+
+def _interpolated(time_s: Times, known_s: Times, values: Float[Array, "m d"]) -> Float[Array, "n d"]:
+    """Linear between the known instants; NaN outside of them and within their gaps."""
+    if len(known_s) < 2:
+        return np.full((len(time_s), values.shape[1]), np.nan)
+    after = np.clip(np.searchsorted(known_s, time_s), 1, len(known_s) - 1)
+    between = known_s[after] - known_s[after - 1]
+    share = (time_s - known_s[after - 1]) / between
+    interpolated = values[after - 1] + share[:, None] * (values[after] - values[after - 1])
+    interpolated[(share < 0.0) | (share > 1.0) | (between > LONGEST_GAP_S)] = np.nan
+    return interpolated
