@@ -1,3 +1,4 @@
+# shellcheck shell=bash
 # Sourced by the scripts beside it: `prepare EXTRA...` makes sure that .venv at the root of the repository
 # holds Impromptu with those extras, at the versions in constraints.txt. Only what is missing is installed.
 
@@ -71,6 +72,6 @@ prepare() {
     say "Installing impromptu[$extra] into $venv (some minutes, once)"
     case ",$extra," in *,train,*) mapfile -t options < <(torch_index) ;; esac
     "$venv/bin/python" -m pip install --quiet --disable-pip-version-check \
-        "${options[@]}" -c "$root/constraints.txt" -e "$root[$extra]"
+        "${options[@]}" -c "$root/constraints.txt" -e "${root}[${extra}]"
     for extra in "${missing[@]}"; do echo "$current" >"$venv/impromptu-$extra"; done
 }
