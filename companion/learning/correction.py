@@ -1,5 +1,6 @@
 """From the predicted error to the correction of the reference: u2(k) = α e_p(k+r) (Eqn. adaptationForm)."""
 
+import math
 from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
@@ -49,7 +50,7 @@ def estimated_gain(error_gradient: Vec3, least: float, most: float) -> Vec3:
     `most`; towards a smaller gradient, of which the model knows nothing, it falls to 0 instead of growing
     without limit, and a gradient of the wrong sign, or none (NaN), gives `least`.
     """
-    slope = -np.nan_to_num(error_gradient, nan=0.0, posinf=0.0, neginf=0.0)
+    slope = np.where(np.abs(error_gradient) < 1e6, -error_gradient, 0.0)
     regularisation = 1.0 / (2.0 * most)
     inverse: Vec3 = slope / (slope**2 + regularisation**2)
     return np.maximum(inverse, least)
@@ -58,8 +59,8 @@ def estimated_gain(error_gradient: Vec3, least: float, most: float) -> Vec3:
 def correction(predicted_error: Vec3, alpha: Vec3, limit_m: float) -> Vec3:
     """u2 = α e_p (m), shortened to `limit_m` where it is longer; zero if it is not finite."""
     u2 = alpha * predicted_error
-    length = float(np.linalg.norm(u2))
-    if not np.isfinite(length):
+    length = math.hypot(*u2)
+    if not math.isfinite(length):
         return np.zeros(3)
     return u2 if length <= limit_m else u2 * (limit_m / length)
 

@@ -11,6 +11,7 @@ y(k+r) that it learns to predict. The error is what remains to y_d(k+r).
 
 With a zero prior mean `position` pulls an ignorant prediction to the map's origin, however far away that is;
 `displacement` pulls it to where the vehicle is, and what it learns in one place holds in any other.
+Velocity errors, the other half of O2, are not predicted: the paper too derives them from the positions.
 """
 
 from collections.abc import Callable, Mapping
@@ -22,7 +23,7 @@ import numpy as np
 from jaxtyping import Float
 
 from companion.arrays import Array, Vec3
-from companion.learning.features import error_inputs
+from companion.learning.features import ERROR_INPUTS, error_inputs
 from companion.learning.gaussian_process import Kernel, SlidingWindow, fit, predict
 
 
@@ -75,7 +76,7 @@ FORMS: Mapping[FormName, Form] = MappingProxyType(
             inputs=lambda step: error_inputs(*step),
             origin=lambda step: np.zeros(3),
             reference=slice(12, 15),
-            size=24,
+            size=len(ERROR_INPUTS),
         ),
         "displacement": Form(
             inputs=_relative_inputs,

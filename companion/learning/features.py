@@ -1,11 +1,11 @@
-"""What the inverse network and the online model see of a flight: the vectors I1, O1, I2 and O2 of the paper.
+"""What the inverse network and the online model see of a flight: the vectors I1, O1 and I2 of the paper.
 
 Every function works on the last axis, so that one sample in flight and a whole data set in training
 share one definition. The paper's section "Experiment Setup" defines the vectors; where it prints
-z_d(k+3) − z_d(k) in I1, z_a(k) is meant.
+z_d(k+3) − z_d(k) in I1, z_a(k) is meant. (O2, the predicted errors, is made in `error_prediction`.)
 
-Vectors are NED; attitude and rates enter as they would read if the nose pointed north (`state_vector`), so that
-what is learned at one heading holds at any other.
+Vectors are NED; attitude and rates enter as they would read if the nose pointed north (`state_vector`), so
+that what is learned at one heading holds at any other.
 """
 
 from typing import Annotated, TypeAlias
@@ -69,9 +69,6 @@ ERROR_INPUTS: tuple[str, ...] = (
 )
 """I2: names of the online model's inputs."""
 
-ERROR_OUTPUTS: tuple[str, ...] = _along_axes("position_error", "velocity_error")
-"""O2: names of the errors that the online model stands for."""
-
 
 def state_vector(
     position: Float[Array, "*n 3"],
@@ -82,25 +79,24 @@ def state_vector(
     """x(k): position (m), velocity (m/s), attitude (rad) and rates (rad/s), whatever way the nose points.
 
     `attitude` is roll, pitch, yaw (rad, z-y'-x'' from NED), `rates` are body rates p, q, r (rad/s). Both are
-    turned about the vertical to a yaw of zero: the tilt of the thrust axis is kept exactly, the rates are exact
-    when level. The yaw itself is left at zero: the reference does not depend on it, and it jumps at ±π.
+    turned about the vertical to a yaw of zero: the tilt of the thrust axis is kept exactly, the rates are
+    exact when level. The yaw itself is left at zero: the reference does not depend on it, and it jumps at ±π.
     """
-    roll, pitch, yaw = np.moveaxis(attitude, -1, 0)
-    p, q, r = np.moveaxis(rates, -1, 0)
+    roll, pitch, yaw = attitude[..., 0], attitude[..., 1], attitude[..., 2]
+    p, q, r = rates[..., 0], rates[..., 1], rates[..., 2]
     cos, sin = np.cos(yaw), np.sin(yaw)
     # Third column of R = Rz(yaw) Ry(pitch) Rx(roll): the body's down axis in NED.
     forward, right, down = np.cos(roll) * np.sin(pitch), -np.sin(roll), np.cos(roll) * np.cos(pitch)
     north, east = cos * forward - sin * right, sin * forward + cos * right
-    roll_north = -np.arcsin(np.minimum(np.maximum(east, -1.0), 1.0))
-    turned = (
-        roll_north,
-        np.arctan2(north, down),
-        np.zeros_like(yaw),
-        cos * p - sin * q,
-        sin * p + cos * q,
-        r,
-    )
-    return np.concatenate((position, velocity, np.stack(turned, axis=-1)), axis=-1)
+    x = np.zeros((*attitude.shape[:-1], 12))
+    x[..., 0:3] = position
+    x[..., 3:6] = velocity
+    x[..., 6] = -np.arctan2(east, np.hypot(north, down))
+    x[..., 7] = np.arctan2(north, down)
+    x[..., 9] = cos * p - sin * q
+    x[..., 10] = sin * p + cos * q
+    x[..., 11] = r
+    return x
 
 
 def inverse_inputs(

@@ -55,9 +55,10 @@ def output_scaling(samples: Float[Array, "n d"]) -> Scaling:
 
 def normalised(inputs: Float[Array, "*n d"], scaling: Scaling) -> Float[Array32, "*n d"]:
     """What the network sees of its inputs: standardised, and clipped to `FARTHEST_INPUT`."""
-    standardised = (inputs.astype(np.float32) - scaling.mean) / scaling.scale
-    clipped: Float[Array32, "*n d"] = np.minimum(np.maximum(standardised, -FARTHEST_INPUT), FARTHEST_INPUT)
-    return clipped
+    standardised = (inputs - scaling.mean) / scaling.scale
+    clipped = np.minimum(np.maximum(standardised, -FARTHEST_INPUT), FARTHEST_INPUT)
+    single: Float[Array32, "*n d"] = clipped.astype(np.float32)
+    return single
 
 
 def propagated(inputs: Float[Array32, "*n d"], layers: tuple[Layer, ...]) -> Float[Array32, "*n m"]:
@@ -120,7 +121,7 @@ class InverseNetwork:
     output_scaling: Scaling
 
     def __call__(self, inputs: Float[Array, "*n 12"]) -> Float[Array, "*n 6"]:
-        """O1 for I1, of one sample or of many; NaN where an input is not finite."""
+        """O1 for I1, of one sample or of many; NaN where an input is NaN."""
         mean, scale = self.output_scaling
         outputs = propagated(normalised(inputs, self.input_scaling), self.layers) * scale + mean
         return outputs.astype(np.float64)

@@ -1,0 +1,72 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from companion.arrays import Vec3
+from companion.learning.correction import (
+    ConstantGain,
+    EstimatedGain,
+    adaptation_gain,
+    correction,
+    estimated_gain,
+    velocity_correction,
+)
+from companion.learning.online_settings import DEFAULT, PAPER, OnlineSettings
+
+vectors = arrays(float, 3, elements=st.floats(-1e150, 1e150) | st.sampled_from([np.nan, np.inf, -np.inf]))
+
+
+@given(vectors)
+def test_an_estimated_gain_stays_within_its_bounds(gradient: Vec3) -> None:
+    alpha = estimated_gain(gradient, 0.5, 4.0)
+    assert ((alpha >= 0.5) & (alpha <= 4.0)).all()
+
+
+def test_a_clear_gradient_is_inverted() -> None:
+    np.testing.assert_allclose(
+        estimated_gain(np.array([-0.5, -1.0, -0.8]), 0.1, 10.0), [2.0, 1.0, 1.25], rtol=0.02
+    )
+
+
+def test_a_gradient_of_the_wrong_sign_or_none_is_answered_cautiously() -> None:
+    np.testing.assert_array_equal(estimated_gain(np.array([0.5, 0.0, np.nan]), 0.5, 4.0), [0.5, 0.5, 0.5])
+
+
+def test_the_kind_of_gain_decides() -> None:
+    gradient = np.diag([-0.5, -0.5, -0.5])
+    np.testing.assert_array_equal(
+        adaptation_gain(ConstantGain(alpha=(5.0, 5.0, 0.5)), gradient), [5.0, 5.0, 0.5]
+    )
+    np.testing.assert_allclose(adaptation_gain(EstimatedGain(), gradient), [2.0, 2.0, 2.0], rtol=0.1)
+
+
+@given(vectors, st.floats(0.01, 2.0))
+def test_a_correction_is_finite_and_within_its_limit(error: Vec3, limit_m: float) -> None:
+    u2 = correction(error, np.array([5.0, 5.0, 0.5]), limit_m)
+    assert np.linalg.norm(u2) <= limit_m * (1.0 + 1e-12)
+
+
+def test_a_small_error_is_scaled_by_its_gain() -> None:
+    u2 = correction(np.array([0.1, -0.1, 0.2]), np.array([5.0, 5.0, 0.5]), 1.0)
+    np.testing.assert_allclose(u2, [0.5, -0.5, 0.1])
+
+
+def test_the_velocity_follows_by_finite_difference() -> None:
+    moved = velocity_correction(np.array([0.2, 0.0, 0.0]), np.array([0.1, 0.0, 0.0]), 0.5)
+    np.testing.assert_allclose(moved, [0.2, 0.0, 0.0])
+
+
+def test_the_papers_settings() -> None:
+    assert PAPER.window == 40
+    assert PAPER.kernel.length_scale == 20.0
+    assert PAPER.kernel.prior_variance == 1.0
+    assert PAPER.kernel.noise_variance == 2e-5
+    assert PAPER.gain == ConstantGain(alpha=(5.0, 5.0, 0.5))
+    assert PAPER.preview.position_s == pytest.approx((4 / 7, 4 / 7, 3 / 7))
+
+
+@pytest.mark.parametrize("settings", [PAPER, DEFAULT])
+def test_settings_survive_a_file(settings: OnlineSettings) -> None:
+    assert OnlineSettings.model_validate_json(settings.model_dump_json()) == settings

@@ -1,0 +1,199 @@
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from lagging_vehicle import STEP_S, acceleration, flight, sinusoids
+
+from companion.arrays import Array
+from companion.errors import InputError
+from companion.learning.features import Preview, inverse_inputs, reference, state_vector
+from companion.learning.inverse_network import InverseNetwork
+from companion.learning.training import Fit, train, train_inverse_network
+from companion.learning.training_data import constant_lag, training_pairs
+from companion.recording.series import Recording
+
+PREVIEW = Preview.of_time(0.3)
+
+
+@pytest.fixture(scope="module")
+def recording() -> Recording:
+    return flight(120.0, seed=0)
+
+
+@pytest.fixture(scope="module")
+def network(recording: Recording) -> InverseNetwork:
+    return train_inverse_network(recording, PREVIEW, STEP_S, seed=0)
+
+
+def test_pairs_join_what_was_sent_with_where_it_led(recording: Recording) -> None:
+    inputs, outputs = training_pairs(recording, PREVIEW, STEP_S)
+    ahead = 15  # samples in 0.3 s
+    states, sent = recording.states, recording.references
+    count = len(states.time_s) - ahead
+    assert abs(len(inputs) - count) <= 1
+    k = np.arange(len(inputs))
+    np.testing.assert_allclose(inputs[:, 0:3], states.position[k + ahead] - states.position[k], atol=1e-9)
+    np.testing.assert_allclose(inputs[:, 3:6], states.velocity[k + ahead] - states.velocity[k], atol=1e-9)
+    np.testing.assert_allclose(outputs[:, 0:3], sent.position[k] - states.position[k], atol=1e-9)
+    np.testing.assert_allclose(outputs[:, 3:6], sent.velocity[k] - states.velocity[k], atol=1e-9)
+
+
+def test_states_and_references_need_not_share_their_times(recording: Recording) -> None:
+    shifted = replace(recording.states, time_s=recording.states.time_s + 0.007)
+    inputs, _ = training_pairs(replace(recording, states=shifted), PREVIEW, STEP_S)
+    moved, _ = training_pairs(recording, PREVIEW, STEP_S)
+    count = min(len(inputs), len(moved)) - 1
+    # 7 ms of motion at about 1 m/s between them, and the differences of positions move far less
+    np.testing.assert_allclose(inputs[:count, 0:3], moved[1 : count + 1, 0:3], atol=0.03)
+
+
+def test_each_axis_has_its_own_preview(recording: Recording) -> None:
+    preview = Preview(position_s=(0.1, 0.2, 0.3), velocity_s=(0.0, 0.1, 0.2))
+    inputs, _ = training_pairs(recording, preview, STEP_S)
+    states, k = recording.states, np.arange(len(inputs))
+    for axis, (position, velocity) in enumerate([(5, 0), (10, 5), (15, 10)]):
+        moved = states.position[k + position, axis] - states.position[k, axis]
+        np.testing.assert_allclose(inputs[:, axis], moved, atol=1e-9)
+        sped = states.velocity[k + velocity, axis] - states.velocity[k, axis]
+        np.testing.assert_allclose(inputs[:, 3 + axis], sped, atol=1e-9)
+
+
+def test_a_sparser_sampling_takes_a_share(recording: Recording) -> None:
+    inputs, _ = training_pairs(recording, PREVIEW, 1 / 7)
+    assert len(inputs) == pytest.approx(7 * 119.7, abs=2)
+
+
+def test_gaps_are_left_out(recording: Recording) -> None:
+    time_s = recording.states.time_s
+    seen = (time_s < 40.0) | (time_s > 50.0)
+    states = recording.states
+    holey = replace(
+        states,
+        time_s=time_s[seen],
+        position=states.position[seen],
+        velocity=states.velocity[seen],
+        attitude=states.attitude[seen],
+        rates=states.rates[seen],
+    )
+    inputs, outputs = training_pairs(replace(recording, states=holey), PREVIEW, STEP_S)
+    complete, _ = training_pairs(recording, PREVIEW, STEP_S)
+    assert len(complete) - len(inputs) == pytest.approx(10.3 / STEP_S, abs=3)
+    assert np.isfinite(inputs).all()
+    assert np.isfinite(outputs).all()
+
+
+def test_a_pause_of_the_references_ends_what_they_led_to(recording: Recording) -> None:
+    sent = recording.references
+    velocity = sent.velocity.copy()
+    velocity[(sent.time_s > 40.0) & (sent.time_s < 50.0)] = np.nan
+    inputs, outputs = training_pairs(
+        replace(recording, references=replace(sent, velocity=velocity)), PREVIEW, STEP_S
+    )
+    complete, _ = training_pairs(recording, PREVIEW, STEP_S)
+    assert len(complete) - len(inputs) == pytest.approx(10.3 / STEP_S, abs=3)
+    assert np.isfinite(outputs).all()
+
+
+@pytest.mark.parametrize("rows", [0, 1, 2, 100])
+def test_too_little_data_is_an_input_error(rows: int) -> None:
+    whole = flight(5.0, seed=0)
+    states = replace(
+        whole.states,
+        **{
+            name: getattr(whole.states, name)[:rows]
+            for name in ("time_s", "position", "velocity", "attitude", "rates")
+        },
+    )
+    with pytest.raises(InputError, match="training samples"):
+        training_pairs(replace(whole, states=states), PREVIEW, STEP_S)
+
+
+def test_the_heading_of_a_flight_does_not_matter() -> None:
+    north, _ = training_pairs(flight(10.0, seed=1), PREVIEW, STEP_S)
+    west, _ = training_pairs(flight(10.0, seed=1, yaw=2.0), PREVIEW, STEP_S)
+    np.testing.assert_allclose(north, west, atol=0.02)
+
+
+def test_the_lag_is_found(recording: Recording) -> None:
+    states = replace(recording.states, position=sinusoids(recording.states.time_s - 0.42, seed=0)[0])
+    assert constant_lag(replace(recording, states=states)) == pytest.approx(0.42, abs=0.006)
+
+
+def linear_problem(seed: int) -> tuple[Array, Array, Array]:
+    rng = np.random.default_rng(seed)
+    matrix = rng.normal(size=(12, 6)) / 3.0
+    inputs = rng.normal(size=(2000, 12))
+    return inputs, inputs @ matrix, matrix
+
+
+def small_fit(seed: int) -> tuple[Fit, Array]:
+    inputs, outputs, _ = linear_problem(0)
+    fit = train(inputs, outputs, seed=seed, hidden_layers=(32, 32))
+    return fit, outputs
+
+
+def test_a_linear_map_is_recovered() -> None:
+    fit, outputs = small_fit(seed=0)
+    assert (fit.held_out_rms < 0.1 * outputs.std(axis=0)).all()
+
+
+def test_the_same_seed_gives_the_same_bits_and_another_agrees() -> None:
+    (first, outputs), (second, _), (other, _) = small_fit(0), small_fit(0), small_fit(1)
+    for one, two in zip(first.layers, second.layers, strict=True):
+        np.testing.assert_array_equal(one.weight, two.weight)
+        np.testing.assert_array_equal(one.bias, two.bias)
+    assert not np.array_equal(first.layers[0].weight, other.layers[0].weight)
+    np.testing.assert_allclose(first.held_out_rms, other.held_out_rms, atol=0.05 * outputs.std())
+
+
+def test_progress_is_told_after_every_epoch() -> None:
+    inputs, outputs, _ = linear_problem(1)
+    told: list[tuple[int, float]] = []
+    train(
+        inputs, outputs, seed=0, hidden_layers=(8,), progress=lambda epoch, error: told.append((epoch, error))
+    )
+    assert [epoch for epoch, _ in told] == list(range(1, len(told) + 1))
+    assert told[-1][1] < told[0][1]
+
+
+def test_without_torch_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "torch", None)
+    monkeypatch.delitem(sys.modules, "companion.learning.descent", raising=False)
+    inputs, outputs, _ = linear_problem(0)
+    with pytest.raises(InputError, match=r"impromptu\[train\]"):
+        train(inputs, outputs, seed=0)
+
+
+def test_the_card_tells_where_a_network_comes_from(network: InverseNetwork, recording: Recording) -> None:
+    assert network.card.vehicle == "spring"
+    assert network.card.preview == PREVIEW
+    assert network.card.data_seconds == pytest.approx(119.7, abs=0.1)
+    assert network.card.lookahead_s == constant_lag(recording)
+    assert max(network.card.held_out_rms[:3]) < 0.1
+
+
+def rms_error(network: InverseNetwork | None) -> float:
+    """Tracking error on a motion that the network was not trained on, with it or with the plain reference."""
+    time_s = np.arange(0.0, 20.0, STEP_S)
+    desired, desired_velocity = sinusoids(time_s, seed=9)
+    ahead, ahead_velocity = sinusoids(time_s + PREVIEW.longest_s, seed=9)
+    position, velocity, pushed = desired[0].copy(), desired_velocity[0].copy(), np.zeros(3)
+    before = np.zeros(3)
+    errors = []
+    for k in range(len(time_s)):
+        attitude = np.array([pushed[1], -pushed[0], 0.0]) / 9.81
+        u, u_velocity = desired[k], desired_velocity[k]
+        if network is not None:
+            x = state_vector(position, velocity, attitude, (attitude - before) / STEP_S)
+            u, u_velocity = reference(x, network(inverse_inputs(x, ahead[k], ahead_velocity[k])))
+        before = attitude
+        pushed = acceleration(position, velocity, u, u_velocity)
+        velocity = velocity + STEP_S * pushed
+        position = position + STEP_S * velocity
+        errors.append(position - desired[min(k + 1, len(time_s) - 1)])
+    return float(np.sqrt(np.mean(np.sum(np.square(errors), axis=1))))
+
+
+def test_a_trained_network_tracks_what_it_never_saw(network: InverseNetwork) -> None:
+    assert rms_error(network) < 0.5 * rms_error(None)
