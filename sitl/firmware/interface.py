@@ -122,31 +122,57 @@ class Firmware(Protocol):
     """A simulated autopilot with its vehicle; time moves only in `Simulation.advance`."""
 
     @property
-    def estimate(self) -> Estimate: ...
+    def estimate(self) -> Estimate:
+        """What the firmware believes at this instant."""
+        ...
+
     @property
     def active_setpoint(self) -> Setpoint:
         """What the position controller follows now, in any mode."""
         ...
 
     @property
-    def mode(self) -> Mode: ...
-    @property
-    def armed(self) -> bool: ...
-    @property
-    def landed(self) -> Landed: ...
-    @property
-    def failsafe(self) -> bool: ...
-    @property
-    def battery(self) -> Battery: ...
-    @property
-    def health(self) -> Health: ...
+    def mode(self) -> Mode:
+        """The mode that flies now, a failsafe's included."""
+        ...
 
-    def arm(self, *, force: bool = False) -> Result: ...
+    @property
+    def armed(self) -> bool:
+        """Whether the rotors may turn."""
+        ...
+
+    @property
+    def landed(self) -> Landed:
+        """As the land detector has it."""
+        ...
+
+    @property
+    def failsafe(self) -> bool:
+        """Whether a failsafe chose the present mode."""
+        ...
+
+    @property
+    def battery(self) -> Battery:
+        """As measured."""
+        ...
+
+    @property
+    def health(self) -> Health:
+        """Of sensors and estimate, and whether arming would be accepted."""
+        ...
+
+    def arm(self, *, force: bool = False) -> Result:
+        """Arm, unless a check refuses; forced, without checks."""
+        ...
+
     def disarm(self, *, force: bool = False) -> Result:
         """Refused in the air unless forced."""
         ...
 
-    def set_mode(self, mode: Mode) -> Result: ...
+    def set_mode(self, mode: Mode) -> Result:
+        """Change the mode, unless its conditions are not met."""
+        ...
+
     def takeoff(self, altitude_m: float | None = None) -> Result:
         """Takeoff mode to `altitude_m` above the present height (MIS_TAKEOFF_ALT when None)."""
         ...

@@ -1,0 +1,385 @@
+"""A simulated PX4: modes, arming, failsafes, and the controllers behind them.
+
+Behaviour follows PX4's documentation (https://docs.px4.io/main/en/flight_modes_mc/ and
+https://docs.px4.io/main/en/config/safety.html) as far as it is modelled.
+"""
+
+import math
+
+import numpy as np
+
+from sitl.arrays import Vec3
+from sitl.battery import Pack
+from sitl.estimator import Estimator
+from sitl.firmware.interface import (
+    Battery,
+    Estimate,
+    Health,
+    Landed,
+    Mode,
+    Result,
+    Setpoint,
+    Severity,
+    StatusText,
+)
+from sitl.firmware.multirotor_tick import InnerLoops
+from sitl.firmware.px4_allocation import allocation
+from sitl.firmware.px4_attitude import attitude_gains, rate_gains, rate_state
+from sitl.firmware.px4_guidance import Guidance
+from sitl.firmware.px4_position import (
+    PositionLimits,
+    attitude_setpoint,
+    control_position,
+    position_gains,
+    position_setpoint,
+    position_state,
+)
+from sitl.firmware.px4_takeoff import LandDetector, Takeoff, TakeoffPhase
+from sitl.firmware.px4_tuning import tuned_parameters
+from sitl.vehicle import Vehicle
+
+_NO_THRUST_M_S2 = 100.0
+"""Downward acceleration setpoint that leaves no thrust."""
+_MODE_WHEN_OFFBOARD_IS_LOST = {0: Mode.POSCTL, 3: Mode.RTL, 4: Mode.LAND, 5: Mode.HOLD}
+_MODES_TO_ARM_IN = frozenset((Mode.POSCTL, Mode.HOLD, Mode.TAKEOFF, Mode.OFFBOARD))
+
+
+class Px4:
+    """Implements `interface.Firmware`; `update` runs once a tick, before `multirotor_tick.fly_tick`."""
+
+    def __init__(self, vehicle: Vehicle, estimator: Estimator, pack: Pack) -> None:
+        self.parameters = tuned_parameters(vehicle)
+        self.loops = InnerLoops(
+            attitude_gains(self.parameters), rate_gains(self.parameters), rate_state(), allocation(vehicle)
+        )
+        self.attitude_setpoint = attitude_setpoint()
+        self._estimator = estimator
+        self._pack = pack
+        self._gains = position_gains(self.parameters)
+        self._control = position_state()
+        self._setpoint = position_setpoint()
+        self._guidance = Guidance(self.parameters, estimator, self._setpoint)
+        self._takeoff = Takeoff(self.parameters)
+        self._land_detector = LandDetector(self.parameters.MPC_THR_HOVER)
+        self._time_s = 0.0
+        self._mode = Mode.HOLD
+        self._armed = False
+        self._has_flown = False
+        self._idle_since_s = 0.0
+        self._home = estimator.position.copy()
+        self._offboard = Setpoint()
+        self._offboard_at_s = -math.inf
+        self._offboard_interrupted = False
+        self._battery_warnings = 0
+        self._texts: list[StatusText] = []
+
+    # What it reports
+
+    @property
+    def estimate(self) -> Estimate:
+        """A copy of the estimate of this instant."""
+        e = self._estimator
+        return Estimate(
+            time_s=self._time_s,
+            position=e.position.copy(),
+            velocity=e.velocity.copy(),
+            acceleration=self._control.acceleration.copy(),
+            attitude=e.attitude.copy(),
+            rates=e.rates.copy(),
+        )
+
+    @property
+    def active_setpoint(self) -> Setpoint:
+        """What the position controller follows now, in any mode."""
+        s = self._setpoint
+        return Setpoint(
+            position=s.position.copy(),
+            velocity=s.velocity.copy(),
+            acceleration=s.acceleration.copy(),
+            yaw=float(s.heading[0]),
+            yaw_rate=float(s.heading[1]),
+        )
+
+    @property
+    def mode(self) -> Mode:
+        """The mode that flies now, a failsafe's included."""
+        return self._mode
+
+    @property
+    def armed(self) -> bool:
+        """Whether the rotors may turn."""
+        return self._armed
+
+    @property
+    def landed(self) -> Landed:
+        """As the land detector has it."""
+        if self.on_ground:
+            return Landed.ON_GROUND
+        if self._mode is Mode.LAND:
+            return Landed.LANDING
+        if self._mode is Mode.TAKEOFF or self._takeoff.phase is TakeoffPhase.RAMPUP:
+            return Landed.TAKING_OFF
+        return Landed.IN_AIR
+
+    @property
+    def on_ground(self) -> bool:
+        """Whether the land detector has the vehicle on the ground."""
+        return self._land_detector.landed
+
+    @property
+    def failsafe(self) -> bool:
+        """Whether a failsafe chose the present mode."""
+        return self._offboard_interrupted or self._battery_warnings > 1
+
+    @property
+    def battery(self) -> Battery:
+        """As measured."""
+        remaining, voltage, current = self._pack.state.tolist()
+        return Battery(voltage_v=voltage, current_a=current, remaining=remaining)
+
+    @property
+    def health(self) -> Health:
+        """Of the sensors and of the estimate; ready to arm when nothing would refuse it in this mode."""
+        position_ok = bool(np.isfinite(self._estimator.position).all())
+        return Health(
+            sensors_ok=True, position_ok=position_ok, ready_to_arm=self._reason_not_to_arm() is None
+        )
+
+    def take_status_texts(self) -> list[StatusText]:
+        """The texts since the last call, oldest first."""
+        texts, self._texts = self._texts, []
+        return texts
+
+    # What it is asked
+
+    def arm(self, *, force: bool = False) -> Result:
+        """Arm, unless a check refuses; the reason is a status text."""
+        if self._armed:
+            return Result.ACCEPTED
+        reason = None if force else self._reason_not_to_arm()
+        if reason is not None:
+            self._say(Severity.CRITICAL, f"Arming denied: {reason}")
+            return Result.TEMPORARILY_REJECTED
+        self._armed = True
+        self._has_flown = False
+        self._idle_since_s = self._time_s
+        self._home = self._estimator.position.copy()
+        self._say(Severity.INFO, "Armed by external command")
+        return Result.ACCEPTED
+
+    def disarm(self, *, force: bool = False) -> Result:
+        """Disarm on the ground; in the air only when forced."""
+        if self._armed and not self.on_ground and not force:
+            self._say(Severity.CRITICAL, "Disarming denied: not landed")
+            return Result.TEMPORARILY_REJECTED
+        if self._armed:
+            self._disarm("Disarmed by external command")
+        return Result.ACCEPTED
+
+    def set_mode(self, mode: Mode) -> Result:
+        """Change the mode, unless its conditions are not met; the reason is a status text."""
+        if mode is Mode.TAKEOFF:
+            return self.takeoff()
+        if mode is Mode.OFFBOARD and not self._offboard_is_alive():
+            self._say(Severity.CRITICAL, "Switching to mode OFFBOARD denied: no offboard setpoints")
+            return Result.TEMPORARILY_REJECTED
+        self._offboard_interrupted = False
+        if mode is not self._mode:
+            self._enter(mode)
+        return Result.ACCEPTED
+
+    def takeoff(self, altitude_m: float | None = None) -> Result:
+        """Takeoff mode to `altitude_m` (m) above the present height; MIS_TAKEOFF_ALT when None."""
+        if not self.on_ground:
+            self._say(Severity.CRITICAL, "Takeoff denied: already flying")
+            return Result.TEMPORARILY_REJECTED
+        climb = self.parameters.MIS_TAKEOFF_ALT if altitude_m is None else altitude_m
+        if not climb > 0.0:
+            self._say(Severity.CRITICAL, "Takeoff denied: altitude must be above the vehicle")
+            return Result.DENIED
+        self._offboard_interrupted = False
+        self._mode = Mode.TAKEOFF
+        self._guidance.follow([self._estimator.position - np.array((0.0, 0.0, climb))])
+        return Result.ACCEPTED
+
+    def reposition(self, position: Vec3, yaw: float) -> Result:
+        """Hold mode at another place, NED (m, rad); NaN keeps what is."""
+        if self.on_ground:
+            self._say(Severity.CRITICAL, "Reposition denied: not flying")
+            return Result.TEMPORARILY_REJECTED
+        self._offboard_interrupted = False
+        self._enter(Mode.HOLD)
+        target = np.where(np.isfinite(position), position, self._guidance.target)
+        self._guidance.follow([target], yaw=yaw)
+        return Result.ACCEPTED
+
+    def offboard_setpoint(self, setpoint: Setpoint) -> None:
+        """A setpoint arrived now; proof of life in any mode, unless all of it is switched off."""
+        channels = (setpoint.position, setpoint.velocity, setpoint.acceleration)
+        if any(np.isfinite(channel).any() for channel in channels):
+            self._offboard = setpoint
+            self._offboard_at_s = self._time_s
+
+    # What it does by itself
+
+    def update(self, time_s: float, dt: float) -> None:
+        """One turn of commander, guidance and position control at `time_s` (s since boot)."""
+        self._time_s = time_s
+        if self._armed:
+            self._watch_offboard()
+            self._watch_battery()
+        p = self.parameters
+        takeoff = self._takeoff
+        takeoff.update(armed=self._armed, landed=self.on_ground, wanted=self._wants_takeoff(), dt=dt)
+        climb = p.MPC_TKO_SPEED if self._mode is Mode.TAKEOFF else p.MPC_Z_VEL_MAX_UP
+        max_up = takeoff.climb_limit(climb)
+        flying = takeoff.phase is TakeoffPhase.FLIGHT
+        limits = PositionLimits(
+            max_up=max_up,
+            max_tilt=math.radians(p.MPC_TILTMAX_AIR if flying else p.MPC_TILTMAX_LND),
+            min_thrust=p.MPC_THR_MIN if flying else 0.0,
+        )
+        self._write_setpoint(max_up, dt)
+        e = self._estimator
+        control_position(
+            self._gains,
+            limits,
+            self._control,
+            self._setpoint,
+            e.position,
+            e.velocity,
+            e.attitude,
+            dt,
+            self.attitude_setpoint,
+        )
+        self._watch_ground(dt)
+
+    def _write_setpoint(self, max_up: float, dt: float) -> None:
+        setpoint = self._setpoint
+        if max_up <= 0.0:
+            self._guidance.restart()
+        if self._takeoff.phase < TakeoffPhase.RAMPUP:
+            self._control.integral[:] = 0.0
+            setpoint.position[:] = math.nan
+            setpoint.velocity[:] = math.nan
+            setpoint.acceleration[:] = (0.0, 0.0, _NO_THRUST_M_S2)
+            setpoint.heading[:] = math.nan
+        elif self._mode is Mode.OFFBOARD:
+            setpoint.position[:] = self._offboard.position
+            setpoint.velocity[:] = self._offboard.velocity
+            setpoint.acceleration[:] = self._offboard.acceleration
+            setpoint.heading[:] = (self._offboard.yaw, self._offboard.yaw_rate)
+            if self._takeoff.phase is TakeoffPhase.RAMPUP:
+                setpoint.acceleration[2] = math.nan
+        else:
+            self._guidance.update(max(max_up, 0.0), dt)
+
+    def _wants_takeoff(self) -> bool:
+        if not self._armed or not self.on_ground:
+            return False
+        if self._mode is Mode.OFFBOARD:
+            wanted = self._offboard
+            return self._offboard_is_alive() and bool(
+                wanted.position[2] < self._estimator.position[2]
+                or wanted.velocity[2] < 0.0
+                or wanted.acceleration[2] < 0.0
+            )
+        return self._mode is Mode.TAKEOFF
+
+    def _watch_ground(self, dt: float) -> None:
+        """Land detection, what follows from it, and the end of a takeoff."""
+        velocity = self._estimator.velocity
+        was_on_ground = self.on_ground
+        self._land_detector.update(
+            phase=self._takeoff.phase,
+            speed=math.sqrt(velocity[0] ** 2 + velocity[1] ** 2 + velocity[2] ** 2),
+            climb_rate=-velocity[2],
+            thrust=self.attitude_setpoint.thrust_and_yaw_rate[0],
+            dt=dt,
+        )
+        if not self._armed:
+            return
+        if was_on_ground and not self.on_ground:
+            self._has_flown = True
+            self._say(Severity.INFO, "Takeoff detected")
+        elif self.on_ground and not was_on_ground:
+            self._idle_since_s = self._time_s
+            self._say(Severity.INFO, "Landing detected")
+        if self.on_ground:
+            self._disarm_when_idle()
+        elif self._mode is Mode.TAKEOFF and self._guidance.arrived:
+            self._mode = Mode.HOLD
+
+    def _disarm_when_idle(self) -> None:
+        p = self.parameters
+        limit_s = p.COM_DISARM_LAND if self._has_flown else p.COM_DISARM_PRFLT
+        if self._takeoff.phase is TakeoffPhase.RAMPUP:
+            self._idle_since_s = self._time_s
+        elif limit_s > 0.0 and self._time_s - self._idle_since_s >= limit_s:
+            self._disarm("Disarmed by landing" if self._has_flown else "Disarmed by auto preflight disarming")
+
+    def _disarm(self, text: str) -> None:
+        self._armed = False
+        self._offboard_interrupted = False
+        self._say(Severity.INFO, text)
+        if self._mode not in _MODES_TO_ARM_IN or self._mode is Mode.TAKEOFF:
+            self._enter(Mode.HOLD)
+
+    def _watch_offboard(self) -> None:
+        """Loss of the setpoints, and their return while nobody has chosen another mode since."""
+        alive = self._offboard_is_alive()
+        if self._mode is Mode.OFFBOARD and not alive:
+            self._enter(_MODE_WHEN_OFFBOARD_IS_LOST[self.parameters.COM_OBL_RC_ACT])
+            self._offboard_interrupted = True
+            self._say(Severity.WARNING, f"Failsafe: offboard setpoints lost, mode {self._mode.name}")
+        elif self._offboard_interrupted and alive:
+            self._offboard_interrupted = False
+            self._enter(Mode.OFFBOARD)
+            self._say(Severity.INFO, "Offboard setpoints regained")
+
+    def _watch_battery(self) -> None:
+        """Warn when low; return when critical, land when nearly empty (COM_LOW_BAT_ACT 3)."""
+        p = self.parameters
+        remaining = float(self._pack.state[0])
+        thresholds = (p.BAT_LOW_THR, p.BAT_CRIT_THR, p.BAT_EMERGEN_THR)
+        level = sum(remaining < threshold for threshold in thresholds)
+        if level <= self._battery_warnings:
+            return
+        self._battery_warnings = level
+        action = (None, Mode.RTL, Mode.LAND)[level - 1]
+        if action is None or self._mode is Mode.LAND or self.on_ground:
+            self._say(Severity.WARNING, f"Low battery: {remaining:.0%}")
+            return
+        self._offboard_interrupted = False
+        self._enter(action)
+        self._say(Severity.CRITICAL, f"Failsafe: battery at {remaining:.0%}, mode {action.name}")
+
+    def _enter(self, mode: Mode) -> None:
+        self._mode = mode
+        if mode in (Mode.HOLD, Mode.POSCTL):
+            self._guidance.hold()
+        elif mode is Mode.LAND:
+            self._guidance.land()
+        elif mode is Mode.RTL:
+            here = self._estimator.position
+            height = min(here[2], self._home[2] - self.parameters.RTL_RETURN_ALT)
+            above_home = np.array((self._home[0], self._home[1], height))
+            self._guidance.follow([np.array((here[0], here[1], height)), above_home], lands=True)
+
+    def _offboard_is_alive(self) -> bool:
+        age_s = self._time_s - self._offboard_at_s
+        return age_s < self.parameters.COM_OF_LOSS_T and bool(np.isfinite(self._estimator.position).all())
+
+    def _reason_not_to_arm(self) -> str | None:
+        if not np.isfinite(self._estimator.position).all():
+            return "no valid position estimate"
+        if self._pack.state[0] < self.parameters.BAT_LOW_THR:
+            return "low battery"
+        if self._mode not in _MODES_TO_ARM_IN:
+            return f"mode {self._mode.name} is not suitable for takeoff"
+        if self._mode is Mode.OFFBOARD and not self._offboard_is_alive():
+            return "no offboard setpoints"
+        return None
+
+    def _say(self, severity: Severity, text: str) -> None:
+        self._texts.append(StatusText(severity, text))

@@ -1,0 +1,110 @@
+"""Where the AUTO modes go, and POSCTL without a pilot: a smooth path over targets, then hold or land."""
+
+import math
+
+import numpy as np
+
+from sitl.arrays import Vec3
+from sitl.estimator import Estimator
+from sitl.firmware.px4_parameters import Px4Parameters
+from sitl.firmware.px4_position import PositionSetpoint
+from sitl.firmware.smooth_path import PathLimits, approach, braking_distance, path_at_rest
+from sitl.quaternion import yaw_of
+
+_ARRIVED_M = 0.2
+_YAW_SPEED_RAD_S = math.radians(45.0)
+_SLOW_DESCENT_HEIGHT_M = 5.0
+_FAST_DESCENT_HEIGHT_M = 10.0
+"""MPC_LAND_ALT2 and MPC_LAND_ALT1: between them the descent slows from MPC_Z_VEL_MAX_DN to MPC_LAND_SPEED."""
+_AHEAD_M = 5.0
+
+
+class Guidance:
+    """Writes position, velocity and acceleration setpoints for whatever it was last told to do."""
+
+    def __init__(self, parameters: Px4Parameters, estimate: Estimator, setpoint: PositionSetpoint) -> None:
+        self._parameters = parameters
+        self._estimate = estimate
+        self._setpoint = setpoint
+        self._path = path_at_rest()
+        self._targets: list[Vec3] = []
+        self._lands = False
+        self._target_yaw = 0.0
+        self._yaw = 0.0
+        self.hold()
+
+    @property
+    def target(self) -> Vec3:
+        """Where the present leg ends, NED (m)."""
+        return self._targets[0]
+
+    @property
+    def arrived(self) -> bool:
+        """Whether the vehicle is at the last target (m, by its estimate)."""
+        error = self._estimate.position - self.target
+        return len(self._targets) == 1 and not self._lands and float(np.linalg.norm(error)) < _ARRIVED_M
+
+    def hold(self) -> None:
+        """Brake and stay where that ends."""
+        self.follow([self._braking_point()])
+
+    def follow(self, targets: list[Vec3], *, yaw: float = math.nan, lands: bool = False) -> None:
+        """Fly over `targets` in turn from here; `lands`: descend at the last. NaN yaw keeps the heading."""
+        self.restart()
+        self._targets = targets
+        self._lands = lands
+        self._yaw = yaw_of(self._estimate.attitude)
+        self._target_yaw = self._yaw if math.isnan(yaw) else yaw
+
+    def land(self) -> None:
+        """Brake and descend where that ends."""
+        self.follow([self._braking_point()], lands=True)
+
+    def restart(self) -> None:
+        """Let the path begin anew at the vehicle; targets stay."""
+        self._path.position[:] = self._estimate.position
+        self._path.velocity[:] = self._estimate.velocity
+        self._path.acceleration[:] = 0.0
+
+    def update(self, max_up: float, dt: float) -> None:
+        """Move the path on by `dt` (s), climbing at most at `max_up` (m/s), and write the setpoint."""
+        descends = self._lands and len(self._targets) == 1
+        target = self.target
+        if descends:
+            target = np.array((target[0], target[1], self._path.position[2] + _AHEAD_M))
+        down = self._descent_speed() if descends else self._parameters.MPC_Z_VEL_MAX_DN
+        approach(self._path, target, self._limits(max_up, down), dt)
+        if len(self._targets) > 1 and float(np.linalg.norm(self._path.position - target)) < _ARRIVED_M:
+            del self._targets[0]
+        turn = math.remainder(self._target_yaw - self._yaw, 2.0 * math.pi)
+        step = _YAW_SPEED_RAD_S * dt
+        self._yaw += min(max(turn, -step), step)
+
+        setpoint = self._setpoint
+        setpoint.position[:] = self._path.position
+        setpoint.velocity[:] = self._path.velocity
+        setpoint.acceleration[:] = self._path.acceleration
+        if descends:  # the ground, not the path, decides where the descent ends
+            setpoint.position[2] = math.nan
+        setpoint.heading[0] = self._yaw
+        setpoint.heading[1] = 0.0
+
+    def _limits(self, up: float, down: float) -> PathLimits:
+        p = self._parameters
+        return PathLimits(p.MPC_XY_CRUISE, up, down, p.MPC_ACC_HOR, p.MPC_JERK_AUTO)
+
+    def _descent_speed(self) -> float:
+        p = self._parameters
+        height = -self._estimate.position[2]
+        share = (height - _SLOW_DESCENT_HEIGHT_M) / (_FAST_DESCENT_HEIGHT_M - _SLOW_DESCENT_HEIGHT_M)
+        share = float(min(max(share, 0.0), 1.0))
+        return p.MPC_LAND_SPEED + share * (p.MPC_Z_VEL_MAX_DN - p.MPC_LAND_SPEED)
+
+    def _braking_point(self) -> Vec3:
+        velocity = self._estimate.velocity
+        speed = float(np.linalg.norm(velocity))
+        if speed < 1e-3:
+            return self._estimate.position.copy()
+        limits = self._limits(self._parameters.MPC_Z_VEL_MAX_UP, self._parameters.MPC_Z_VEL_MAX_DN)
+        point: Vec3 = self._estimate.position + velocity / speed * braking_distance(speed, limits)
+        return point

@@ -1,0 +1,92 @@
+"""Unit quaternions w, x, y, z that turn body (FRD) vectors into NED; all functions are kernels."""
+
+import math
+
+import numpy as np
+
+from sitl.arrays import Quaternion, Vec3
+from sitl.compiled import compiled
+
+
+@compiled
+def to_world(q: Quaternion, v: Vec3) -> Vec3:
+    """A body vector in NED: R(q) v."""
+    w, x, y, z = q[0], q[1], q[2], q[3]
+    tx = 2.0 * (y * v[2] - z * v[1])
+    ty = 2.0 * (z * v[0] - x * v[2])
+    tz = 2.0 * (x * v[1] - y * v[0])
+    out = np.empty(3)
+    out[0] = v[0] + w * tx + y * tz - z * ty
+    out[1] = v[1] + w * ty + z * tx - x * tz
+    out[2] = v[2] + w * tz + x * ty - y * tx
+    return out
+
+
+@compiled
+def conjugate(q: Quaternion) -> Quaternion:
+    """The inverse rotation."""
+    return np.array((q[0], -q[1], -q[2], -q[3]))
+
+
+@compiled
+def to_body(q: Quaternion, v: Vec3) -> Vec3:
+    """A NED vector in the body frame: R(q)ᵀ v."""
+    return to_world(conjugate(q), v)
+
+
+@compiled
+def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
+    """The rotation `b` followed, in its outcome's frame, by `a`: R(a) R(b)."""
+    out = np.empty(4)
+    out[0] = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3]
+    out[1] = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2]
+    out[2] = a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1]
+    out[3] = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]
+    return out
+
+
+@compiled
+def normalise(q: Quaternion) -> None:
+    """Scale `q` to unit length, in place."""
+    q /= math.sqrt(q[0] ** 2 + q[1] ** 2 + q[2] ** 2 + q[3] ** 2)
+
+
+@compiled
+def from_rotation_vector(v: Vec3) -> Quaternion:
+    """The rotation about `v` by its length (rad)."""
+    angle = math.sqrt(v[0] ** 2 + v[1] ** 2 + v[2] ** 2)
+    scale = 0.5 if angle < 1e-9 else math.sin(0.5 * angle) / angle
+    return np.array((math.cos(0.5 * angle), scale * v[0], scale * v[1], scale * v[2]))
+
+
+@compiled
+def from_yaw(yaw: float) -> Quaternion:
+    """Level, heading `yaw` (rad)."""
+    return np.array((math.cos(0.5 * yaw), 0.0, 0.0, math.sin(0.5 * yaw)))
+
+
+@compiled
+def yaw_of(q: Quaternion) -> float:
+    """Heading (rad, -pi to pi)."""
+    return math.atan2(2.0 * (q[0] * q[3] + q[1] * q[2]), 1.0 - 2.0 * (q[2] ** 2 + q[3] ** 2))
+
+
+@compiled
+def from_axes(x: Vec3, y: Vec3, z: Vec3) -> Quaternion:
+    """The rotation whose matrix has the columns `x`, `y`, `z` (orthonormal, right-handed)."""
+    q = np.empty(4)
+    trace = x[0] + y[1] + z[2]
+    # The largest of the four components is computed first, so that nothing is divided by nearly zero.
+    if trace > 0.0:
+        s = 2.0 * math.sqrt(1.0 + trace)
+        q[:] = (0.25 * s, (y[2] - z[1]) / s, (z[0] - x[2]) / s, (x[1] - y[0]) / s)
+    elif x[0] > y[1] and x[0] > z[2]:
+        s = 2.0 * math.sqrt(1.0 + x[0] - y[1] - z[2])
+        q[:] = ((y[2] - z[1]) / s, 0.25 * s, (y[0] + x[1]) / s, (z[0] + x[2]) / s)
+    elif y[1] > z[2]:
+        s = 2.0 * math.sqrt(1.0 + y[1] - x[0] - z[2])
+        q[:] = ((z[0] - x[2]) / s, (y[0] + x[1]) / s, 0.25 * s, (z[1] + y[2]) / s)
+    else:
+        s = 2.0 * math.sqrt(1.0 + z[2] - x[0] - y[1])
+        q[:] = ((x[1] - y[0]) / s, (z[0] + x[2]) / s, (z[1] + y[2]) / s, 0.25 * s)
+    return q

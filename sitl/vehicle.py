@@ -1,0 +1,165 @@
+"""A vehicle as its YAML file describes it; see docs/vehicle-schema.md."""
+
+import math
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, model_validator
+
+from sitl import files
+from sitl.firmware.px4_parameters import Px4Parameters
+
+GRAVITY_M_S2 = 9.80665
+MAX_HOVER_THRUST = 0.8
+"""Share of the full thrust that hovering may take; PX4 allows MPC_THR_HOVER no more."""
+
+_DEFAULT_THRUST_TO_WEIGHT = 2.0
+_DEFAULT_DRAG_PER_S = 0.15
+_DEFAULT_HOVER_TIME_S = 900.0
+_DEFAULT_HOVER_SAG = 0.03
+
+NonNegative3 = tuple[
+    Annotated[float, Field(ge=0.0)], Annotated[float, Field(ge=0.0)], Annotated[float, Field(ge=0.0)]
+]
+Positive3 = tuple[PositiveFloat, PositiveFloat, PositiveFloat]
+
+
+class _Section(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class RotorPlace(_Section):
+    """Where a rotor sits in the body frame (forward, right, down from the centre of mass), and its sense."""
+
+    x_m: float = Field(ge=-5.0, le=5.0)
+    y_m: float = Field(ge=-5.0, le=5.0)
+    z_m: float = Field(0.0, ge=-5.0, le=5.0)
+    direction: Literal["cw", "ccw"]
+    """Seen from above."""
+
+
+class Rotors(_Section):
+    """The rotors, all alike; thrust k ω² and drag torque of the same form."""
+
+    layout: list[RotorPlace] = Field(min_length=4, max_length=12)
+    thrust_coefficient_n_s2: float = Field(gt=0.0, le=1.0)
+    """Thrust over speed squared, N/(rad/s)²."""
+    moment_coefficient_nm_s2: float = Field(gt=0.0, le=1.0)
+    """Drag torque over speed squared, N m/(rad/s)²."""
+    max_speed_rad_s: float | None = Field(None, gt=0.0, le=1e5)
+    """With a full battery; default: twice the thrust of hovering."""
+    min_speed_rad_s: float = Field(0.0, ge=0.0)
+    """Idle speed when armed."""
+    time_constant_s: float = Field(0.02, ge=0.001, le=0.2)
+    """First-order lag of the speed."""
+    inertia_kg_m2: float = Field(0.0, ge=0.0, le=1.0)
+    """Of one rotor with what turns along, about its axis."""
+    drag_coefficient_n_s2_per_m: float | None = Field(None, ge=0.0)
+    """In-plane drag over speed and air-relative velocity, N/((rad/s)(m/s)); default: 0.15 1/s in hover."""
+
+
+class BodyDrag(_Section):
+    """Drag of the hull along each body axis: (linear + quadratic × airspeed) × velocity."""
+
+    linear_n_s_per_m: NonNegative3 = (0.0, 0.0, 0.0)
+    quadratic_n_s2_per_m2: NonNegative3 = (0.0, 0.0, 0.0)
+
+
+class BatteryPack(_Section):
+    """A battery whose voltage falls linearly with its charge; rotor speeds follow the voltage."""
+
+    full_voltage_v: float = Field(12.6, gt=0.0)
+    empty_voltage_v: float = Field(10.5, gt=0.0)
+    capacity_ah: float | None = Field(None, gt=0.0)
+    """Default: hovers for 15 minutes."""
+    internal_resistance_ohm: float | None = Field(None, ge=0.0)
+    """Default: sags by 3 % in hover."""
+    drive_efficiency: float = Field(0.6, gt=0.0, le=1.0)
+    """Shaft power over electric power."""
+
+
+class Vehicle(_Section):
+    """One file of `config/vehicles/`. Required: mass, inertia, rotor layout and coefficients."""
+
+    name: str
+    description: str = ""
+    source: str = ""
+    mass_kg: float = Field(ge=0.005, le=100.0)
+    inertia_kg_m2: Positive3
+    """About the body axes; products of inertia are taken as zero."""
+    rotors: Rotors
+    body_drag: BodyDrag = BodyDrag()
+    battery: BatteryPack = BatteryPack()
+    px4_parameters: Px4Parameters = Px4Parameters()
+    """Only what differs; rate and attitude gains left out are tuned to the airframe, the rest is PX4's."""
+
+    @model_validator(mode="after")
+    def _can_fly(self) -> "Vehicle":
+        x, y, z = sorted(self.inertia_kg_m2)
+        if z > (x + y) * 1.001:
+            raise ValueError("inertia_kg_m2: no rigid body has one moment larger than the sum of the others")
+        if self.hover_thrust > MAX_HOVER_THRUST:
+            raise ValueError(
+                f"rotors.max_speed_rad_s: hovering would take {self.hover_thrust:.0%} of the full thrust, "
+                f"more than {MAX_HOVER_THRUST:.0%}"
+            )
+        if self.rotors.min_speed_rad_s >= self.hover_speed_rad_s:
+            raise ValueError(
+                f"rotors.min_speed_rad_s: idling must be slower than hovering ({self.hover_speed_rad_s:.0f})"
+            )
+        if self.battery.empty_voltage_v >= self.battery.full_voltage_v:
+            raise ValueError("battery.empty_voltage_v: must be below full_voltage_v")
+        return self
+
+    @property
+    def hover_speed_rad_s(self) -> float:
+        """Rotor speed at which the thrust carries the weight (rad/s)."""
+        rotors = self.rotors
+        return math.sqrt(self.mass_kg * GRAVITY_M_S2 / (len(rotors.layout) * rotors.thrust_coefficient_n_s2))
+
+    @property
+    def max_speed_rad_s(self) -> float:
+        """Rotor speed with a full battery (rad/s)."""
+        return self.rotors.max_speed_rad_s or math.sqrt(_DEFAULT_THRUST_TO_WEIGHT) * self.hover_speed_rad_s
+
+    @property
+    def hover_thrust(self) -> float:
+        """Weight over full thrust."""
+        return (self.hover_speed_rad_s / self.max_speed_rad_s) ** 2
+
+    @property
+    def rotor_drag_n_s2_per_m(self) -> float:
+        """In-plane drag of one rotor over its speed and its air-relative velocity."""
+        given = self.rotors.drag_coefficient_n_s2_per_m
+        if given is not None:
+            return given
+        return _DEFAULT_DRAG_PER_S * self.mass_kg / (len(self.rotors.layout) * self.hover_speed_rad_s)
+
+    @property
+    def hover_current_a(self) -> float:
+        """Current with a full battery in hover (A)."""
+        shaft_w = len(self.rotors.layout) * self.rotors.moment_coefficient_nm_s2 * self.hover_speed_rad_s**3
+        return shaft_w / self.battery.drive_efficiency / self.battery.full_voltage_v
+
+    @property
+    def battery_charge_as(self) -> float:
+        """Charge of a full battery (A s)."""
+        capacity_ah = self.battery.capacity_ah
+        return self.hover_current_a * _DEFAULT_HOVER_TIME_S if capacity_ah is None else capacity_ah * 3600.0
+
+    @property
+    def battery_resistance_ohm(self) -> float:
+        """Internal resistance (Ω)."""
+        given = self.battery.internal_resistance_ohm
+        if given is not None:
+            return given
+        return _DEFAULT_HOVER_SAG * self.battery.full_voltage_v / self.hover_current_a
+
+
+def load_vehicle(name_or_path: str | Path) -> Vehicle:
+    """A vehicle by name ("bebop2") or path of a YAML file.
+
+    Raises:
+        ConfigError: unknown name, or a file that is wrong, with file, key and reason.
+    """
+    return files.load(Vehicle, "vehicles", name_or_path)
