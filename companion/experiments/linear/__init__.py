@@ -1,0 +1,1 @@
+"""The paper's simulation (section VI): a network trained on one linear system steers another."""
