@@ -71,7 +71,7 @@ prepare() {
     extra="$(IFS=,; echo "${missing[*]}")"
     say "Installing impromptu[$extra] into $venv (some minutes, once)"
     case ",$extra," in *,train,*) mapfile -t options < <(torch_index) ;; esac
-    "$venv/bin/python" -m pip install --quiet --disable-pip-version-check \
+    "$venv/bin/python" -m pip install -qq --disable-pip-version-check \
         "${options[@]}" -c "$root/constraints.txt" -e "${root}[${extra}]"
     for extra in "${missing[@]}"; do echo "$current" >"$venv/impromptu-$extra"; done
 }
