@@ -1,0 +1,66 @@
+"""MAVLink frames cut out of datagrams and checked; pymavlink knows the messages."""
+
+from pymavlink.dialects.v20 import common as mavlink
+
+Message = mavlink.MAVLink_message
+
+_MARKERS = (mavlink.PROTOCOL_MARKER_V1, mavlink.PROTOCOL_MARKER_V2)
+_CHECKSUM_LENGTH = 2
+_DECODER = mavlink.MAVLink(None)
+
+
+def decode(datagram: bytes) -> list[Message]:
+    """The whole and valid messages in `datagram`, in order; whatever lies between them is skipped.
+
+    Frames of MAVLink 1 and 2 are taken, signed ones without a look at the signature. After a broken frame
+    the search goes on at its second byte, so that stray bytes never hide the frames behind them.
+    """
+    messages = []
+    start = 0
+    while start < len(datagram):
+        frame = _frame_at(datagram, start)
+        message = _message_in(frame) if frame else None
+        if message is None:
+            start += 1
+        else:
+            messages.append(message)
+            start += len(frame)
+    return messages
+
+
+def _frame_at(datagram: bytes, start: int) -> bytes:
+    """The bytes of the frame that begins at `start`; empty where none does, or where its end is missing."""
+    if datagram[start] not in _MARKERS or start + 2 >= len(datagram):
+        return b""
+    payload_length, flags = datagram[start + 1], datagram[start + 2]
+    if datagram[start] == mavlink.PROTOCOL_MARKER_V1:
+        length = mavlink.HEADER_LEN_V1 + payload_length + _CHECKSUM_LENGTH
+    elif flags & ~mavlink.MAVLINK_IFLAG_SIGNED:
+        return b""  # flags that a receiver does not know forbid it to read on
+    else:
+        signature_length = mavlink.MAVLINK_SIGNATURE_BLOCK_LEN if flags else 0
+        length = mavlink.HEADER_LEN_V2 + payload_length + _CHECKSUM_LENGTH + signature_length
+    frame = datagram[start : start + length]
+    return frame if len(frame) == length else b""
+
+
+def _message_in(frame: bytes) -> Message | None:
+    try:
+        message = _DECODER.decode(bytearray(frame))
+    except mavlink.MAVError:
+        return None
+    # without the message's definition its checksum cannot be checked
+    return None if isinstance(message, mavlink.MAVLink_unknown) else message
+
+
+class Encoder:
+    """Turns the messages of one component into MAVLink 2 frames, numbered in sequence on one link."""
+
+    def __init__(self, system_id: int) -> None:
+        self._protocol = mavlink.MAVLink(None, system_id, mavlink.MAV_COMP_ID_AUTOPILOT1)
+
+    def encode(self, message: Message) -> bytes:
+        """The next frame."""
+        frame = message.pack(self._protocol)
+        self._protocol.seq = (self._protocol.seq + 1) % 256
+        return frame

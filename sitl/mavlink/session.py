@@ -1,0 +1,60 @@
+"""One link of the vehicle as its message handlers see it."""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+
+from pymavlink.dialects.v20 import common as mavlink
+
+from sitl.firmware.interface import Firmware, Severity
+from sitl.mavlink.frames import Message
+from sitl.mavlink.links import Streams
+from sitl.mavlink.telemetry import Report
+
+COMPONENT_ID = mavlink.MAV_COMP_ID_AUTOPILOT1
+_TEXT_LENGTH = 50
+
+
+@dataclass
+class Session:
+    """What a handler needs to answer a message.
+
+    Attributes:
+        system_id: the vehicle's.
+        firmware: the autopilot.
+        parameters: PX4 parameters by name.
+        streams: what this link carries, and how often.
+        send: put a message on this link.
+        time_s: time since boot (s), of the simulation.
+    """
+
+    system_id: int
+    firmware: Firmware
+    parameters: Mapping[str, float]
+    streams: Streams
+    send: Callable[[Message], None]
+    time_s: float = 0.0
+    _long_texts: int = 0
+
+    def report(self) -> Report:
+        """The vehicle's state now."""
+        return Report(self.firmware, self.time_s, self.system_id)
+
+    def accepts(self, target_system: int, target_component: int) -> bool:
+        """Whether a message to this target is meant for the vehicle; 0 is everyone."""
+        return target_system in (0, self.system_id) and target_component in (0, COMPONENT_ID)
+
+    def say(self, severity: Severity, text: str) -> None:
+        """Send a status text; one longer than 50 bytes travels in chunks with a common id."""
+        encoded = text.encode()
+        if len(encoded) <= _TEXT_LENGTH:
+            self.send(mavlink.MAVLink_statustext_message(severity.value, encoded))
+            return
+        self._long_texts = self._long_texts % 65535 + 1
+        for sequence, chunk in enumerate(_chunks(encoded)):
+            self.send(mavlink.MAVLink_statustext_message(severity.value, chunk, self._long_texts, sequence))
+
+
+def _chunks(text: bytes) -> Iterable[bytes]:
+    """Pieces of at most 50 bytes; the last one is shorter, which is how a receiver knows it."""
+    for start in range(0, len(text) + 1, _TEXT_LENGTH):
+        yield text[start : start + _TEXT_LENGTH]

@@ -1,0 +1,390 @@
+"""What the vehicle tells of itself: for each message the function that writes it from the firmware's state.
+
+Field for field as PX4's streams (src/modules/mavlink/streams). time_boot_ms and time_usec are the time of
+the simulation.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+from pymavlink.dialects.v20 import common as mavlink
+
+from sitl.firmware.interface import Estimate, Firmware, Landed
+from sitl.mavlink import modes
+from sitl.mavlink.frames import Message
+from sitl.mavlink.geodesy import HOME, Geodetic, geodetic_from_ned
+from sitl.mavlink.setpoints import IGNORE_BITS
+
+_Three = tuple[float, float, float]
+
+_NAN = math.nan
+_NO_COVARIANCE = [_NAN] * 21
+_UNKNOWN_CELL_MV = 65535
+_PX4_VERSION = 1 << 24 | 16 << 16 | 0 << 8 | mavlink.FIRMWARE_VERSION_TYPE_OFFICIAL
+
+
+@dataclass(frozen=True)
+class Report:
+    """The firmware's state at one instant, in the plain numbers that messages are made of.
+
+    Attributes:
+        firmware: the autopilot that reports.
+        time_s: time since boot (s), of the simulation.
+        system_id: MAVLink id of the vehicle.
+    """
+
+    firmware: Firmware
+    time_s: float
+    system_id: int
+
+    @cached_property
+    def time_ms(self) -> int:
+        """As time_boot_ms."""
+        return round(self.time_s * 1e3)
+
+    @cached_property
+    def time_us(self) -> int:
+        """As time_usec."""
+        return round(self.time_s * 1e6)
+
+    @cached_property
+    def estimate(self) -> Estimate:
+        """What the firmware believes."""
+        return self.firmware.estimate
+
+    @cached_property
+    def position(self) -> _Three:
+        """NED (m)."""
+        north, east, down = self.estimate.position.tolist()
+        return north, east, down
+
+    @cached_property
+    def velocity(self) -> _Three:
+        """NED (m/s)."""
+        north, east, down = self.estimate.velocity.tolist()
+        return north, east, down
+
+    @cached_property
+    def quaternion(self) -> tuple[float, float, float, float]:
+        """Body to NED: w, x, y, z."""
+        w, x, y, z = self.estimate.attitude.tolist()
+        return w, x, y, z
+
+    @cached_property
+    def rates(self) -> _Three:
+        """Body rates (rad/s)."""
+        p, q, r = self.estimate.rates.tolist()
+        return p, q, r
+
+    @cached_property
+    def euler(self) -> _Three:
+        """Roll, pitch, yaw (rad), z-y'-x'' from NED."""
+        w, x, y, z = self.quaternion
+        return (
+            math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
+            math.asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x)))),
+            math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
+        )
+
+    @cached_property
+    def heading_deg(self) -> float:
+        """Clockwise from north, 0 to 360."""
+        return math.degrees(self.euler[2]) % 360.0
+
+    @cached_property
+    def place(self) -> Geodetic:
+        """Where the estimate is on the map."""
+        return geodetic_from_ned(*self.position)
+
+
+def heartbeat(report: Report) -> Message:
+    """HEARTBEAT: mode, armed, failsafe."""
+    firmware = report.firmware
+    if not firmware.armed:
+        status = mavlink.MAV_STATE_STANDBY
+    else:
+        status = mavlink.MAV_STATE_CRITICAL if firmware.failsafe else mavlink.MAV_STATE_ACTIVE
+    return mavlink.MAVLink_heartbeat_message(
+        type=mavlink.MAV_TYPE_QUADROTOR,
+        autopilot=mavlink.MAV_AUTOPILOT_PX4,
+        base_mode=modes.base_mode(firmware.mode, armed=firmware.armed),
+        custom_mode=modes.custom_mode(firmware.mode),
+        system_status=status,
+        mavlink_version=3,
+    )
+
+
+_CAPABILITIES = (
+    mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_FLOAT
+    | mavlink.MAV_PROTOCOL_CAPABILITY_PARAM_FLOAT
+    | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_INT
+    | mavlink.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
+    | mavlink.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE
+    | mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
+    | mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2
+)
+
+
+def autopilot_version(report: Report) -> Message:
+    """AUTOPILOT_VERSION: what this vehicle can do, and as which PX4 release it behaves."""
+    return mavlink.MAVLink_autopilot_version_message(
+        capabilities=_CAPABILITIES,
+        flight_sw_version=_PX4_VERSION,
+        middleware_sw_version=_PX4_VERSION,
+        os_sw_version=0,
+        board_version=0,
+        flight_custom_version=[0] * 8,
+        middleware_custom_version=[0] * 8,
+        os_custom_version=[0] * 8,
+        vendor_id=0,
+        product_id=0,
+        uid=report.system_id,
+    )
+
+
+_SENSORS = (
+    mavlink.MAV_SYS_STATUS_SENSOR_3D_GYRO
+    | mavlink.MAV_SYS_STATUS_SENSOR_3D_ACCEL
+    | mavlink.MAV_SYS_STATUS_SENSOR_3D_MAG
+    | mavlink.MAV_SYS_STATUS_SENSOR_ABSOLUTE_PRESSURE
+)
+_GPS = mavlink.MAV_SYS_STATUS_SENSOR_GPS
+_PREARM_CHECK = mavlink.MAV_SYS_STATUS_PREARM_CHECK
+_ALWAYS_HEALTHY = (
+    mavlink.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS
+    | mavlink.MAV_SYS_STATUS_SENSOR_BATTERY
+    | mavlink.MAV_SYS_STATUS_AHRS
+)
+_PRESENT = _SENSORS | _GPS | _PREARM_CHECK | _ALWAYS_HEALTHY
+
+
+def sys_status(report: Report) -> Message:
+    """SYS_STATUS: health of sensors, position and arming checks, and the battery."""
+    health, battery = report.firmware.health, report.firmware.battery
+    healthy = (
+        _ALWAYS_HEALTHY
+        | (_SENSORS if health.sensors_ok else 0)
+        | (_GPS if health.position_ok else 0)
+        | (_PREARM_CHECK if health.ready_to_arm else 0)
+    )
+    return mavlink.MAVLink_sys_status_message(
+        onboard_control_sensors_present=_PRESENT,
+        onboard_control_sensors_enabled=_PRESENT,
+        onboard_control_sensors_health=healthy,
+        load=0,
+        voltage_battery=round(battery.voltage_v * 1e3),
+        current_battery=round(battery.current_a * 1e2),
+        battery_remaining=round(battery.remaining * 1e2),
+        drop_rate_comm=0,
+        errors_comm=0,
+        errors_count1=0,
+        errors_count2=0,
+        errors_count3=0,
+        errors_count4=0,
+    )
+
+
+def battery_status(report: Report) -> Message:
+    """BATTERY_STATUS: the pack as one cell."""
+    battery = report.firmware.battery
+    return mavlink.MAVLink_battery_status_message(
+        id=0,
+        battery_function=mavlink.MAV_BATTERY_FUNCTION_ALL,
+        type=mavlink.MAV_BATTERY_TYPE_LIPO,
+        temperature=32767,  # unknown
+        voltages=[round(battery.voltage_v * 1e3)] + [_UNKNOWN_CELL_MV] * 9,
+        current_battery=round(battery.current_a * 1e2),
+        current_consumed=-1,
+        energy_consumed=-1,
+        battery_remaining=round(battery.remaining * 1e2),
+        charge_state=mavlink.MAV_BATTERY_CHARGE_STATE_OK,
+    )
+
+
+def attitude(report: Report) -> Message:
+    """ATTITUDE: roll, pitch, yaw and body rates."""
+    return mavlink.MAVLink_attitude_message(report.time_ms, *report.euler, *report.rates)
+
+
+def attitude_quaternion(report: Report) -> Message:
+    """ATTITUDE_QUATERNION: body to NED, and body rates."""
+    return mavlink.MAVLink_attitude_quaternion_message(report.time_ms, *report.quaternion, *report.rates)
+
+
+def local_position_ned(report: Report) -> Message:
+    """LOCAL_POSITION_NED: position and velocity."""
+    return mavlink.MAVLink_local_position_ned_message(report.time_ms, *report.position, *report.velocity)
+
+
+def odometry(report: Report) -> Message:
+    """ODOMETRY: pose and velocity in NED, as PX4's EKF2 gives them."""
+    return mavlink.MAVLink_odometry_message(
+        report.time_us,
+        mavlink.MAV_FRAME_LOCAL_NED,
+        mavlink.MAV_FRAME_LOCAL_NED,
+        *report.position,
+        report.quaternion,
+        *report.velocity,
+        *report.rates,
+        pose_covariance=_NO_COVARIANCE,
+        velocity_covariance=_NO_COVARIANCE,
+        reset_counter=0,
+        estimator_type=mavlink.MAV_ESTIMATOR_TYPE_AUTOPILOT,
+        quality=100,
+    )
+
+
+def global_position_int(report: Report) -> Message:
+    """GLOBAL_POSITION_INT: the estimate as latitude, longitude and altitudes."""
+    place, (north, east, down) = report.place, report.velocity
+    return mavlink.MAVLink_global_position_int_message(
+        report.time_ms,
+        round(place.latitude_deg * 1e7),
+        round(place.longitude_deg * 1e7),
+        round(place.altitude_m * 1e3),
+        round((place.altitude_m - HOME.altitude_m) * 1e3),
+        round(north * 1e2),
+        round(east * 1e2),
+        round(down * 1e2),
+        round(report.heading_deg * 1e2) % 36000,
+    )
+
+
+def gps_raw_int(report: Report) -> Message:
+    """GPS_RAW_INT: a receiver with a good 3-D fix at the estimated place."""
+    place, (north, east, _) = report.place, report.velocity
+    return mavlink.MAVLink_gps_raw_int_message(
+        time_usec=report.time_us,
+        fix_type=mavlink.GPS_FIX_TYPE_3D_FIX,
+        lat=round(place.latitude_deg * 1e7),
+        lon=round(place.longitude_deg * 1e7),
+        alt=round(place.altitude_m * 1e3),
+        eph=80,
+        epv=90,
+        vel=round(math.hypot(north, east) * 1e2),
+        cog=round(math.degrees(math.atan2(east, north)) % 360.0 * 1e2) % 36000,
+        satellites_visible=12,
+    )
+
+
+def altitude(report: Report) -> Message:
+    """ALTITUDE: above the sea and above home."""
+    above_home_m = -report.position[2]
+    return mavlink.MAVLink_altitude_message(
+        time_usec=report.time_us,
+        altitude_monotonic=report.place.altitude_m,
+        altitude_amsl=report.place.altitude_m,
+        altitude_local=above_home_m,
+        altitude_relative=above_home_m,
+        altitude_terrain=_NAN,
+        bottom_clearance=above_home_m,
+    )
+
+
+def vfr_hud(report: Report) -> Message:
+    """VFR_HUD: speed, heading and climb for displays."""
+    north, east, down = report.velocity
+    speed = math.hypot(north, east)
+    return mavlink.MAVLink_vfr_hud_message(
+        airspeed=speed,
+        groundspeed=speed,
+        heading=round(report.heading_deg) % 360,
+        throttle=0,
+        alt=report.place.altitude_m,
+        climb=-down,
+    )
+
+
+def home_position(report: Report) -> Message:
+    """HOME_POSITION: where the vehicle started."""
+    return mavlink.MAVLink_home_position_message(
+        latitude=round(HOME.latitude_deg * 1e7),
+        longitude=round(HOME.longitude_deg * 1e7),
+        altitude=round(HOME.altitude_m * 1e3),
+        x=0.0,
+        y=0.0,
+        z=0.0,
+        q=[1.0, 0.0, 0.0, 0.0],
+        approach_x=0.0,
+        approach_y=0.0,
+        approach_z=0.0,
+        time_usec=report.time_us,
+    )
+
+
+def gps_global_origin(report: Report) -> Message:
+    """GPS_GLOBAL_ORIGIN: where the local frame has its zero."""
+    return mavlink.MAVLink_gps_global_origin_message(
+        latitude=round(HOME.latitude_deg * 1e7),
+        longitude=round(HOME.longitude_deg * 1e7),
+        altitude=round(HOME.altitude_m * 1e3),
+        time_usec=report.time_us,
+    )
+
+
+_LANDED_STATES = {
+    Landed.ON_GROUND: mavlink.MAV_LANDED_STATE_ON_GROUND,
+    Landed.IN_AIR: mavlink.MAV_LANDED_STATE_IN_AIR,
+    Landed.TAKING_OFF: mavlink.MAV_LANDED_STATE_TAKEOFF,
+    Landed.LANDING: mavlink.MAV_LANDED_STATE_LANDING,
+}
+
+
+def extended_sys_state(report: Report) -> Message:
+    """EXTENDED_SYS_STATE: on the ground or in the air."""
+    return mavlink.MAVLink_extended_sys_state_message(
+        mavlink.MAV_VTOL_STATE_UNDEFINED, _LANDED_STATES[report.firmware.landed]
+    )
+
+
+def position_target_local_ned(report: Report) -> Message:
+    """POSITION_TARGET_LOCAL_NED: what the position controller follows; channels that are off are masked."""
+    setpoint = report.firmware.active_setpoint
+    values = [
+        *setpoint.position.tolist(),
+        *setpoint.velocity.tolist(),
+        *setpoint.acceleration.tolist(),
+        setpoint.yaw,
+        setpoint.yaw_rate,
+    ]
+    mask = sum(bit for bit, value in zip(IGNORE_BITS, values, strict=True) if not math.isfinite(value))
+    return mavlink.MAVLink_position_target_local_ned_message(
+        report.time_ms, mavlink.MAV_FRAME_LOCAL_NED, mask, *values
+    )
+
+
+def timesync_request(report: Report) -> Message:
+    """TIMESYNC: asks the peer for its time; ts1 comes back with the answer."""
+    return mavlink.MAVLink_timesync_message(tc1=0, ts1=round(report.time_s * 1e9))
+
+
+def ping_request(report: Report) -> Message:
+    """PING: asks whoever hears it for an answer."""
+    return mavlink.MAVLink_ping_message(
+        time_usec=report.time_us, seq=report.time_ms, target_system=0, target_component=0
+    )
+
+
+WRITERS: Mapping[int, Callable[[Report], Message]] = {
+    mavlink.MAVLINK_MSG_ID_HEARTBEAT: heartbeat,
+    mavlink.MAVLINK_MSG_ID_SYS_STATUS: sys_status,
+    mavlink.MAVLINK_MSG_ID_PING: ping_request,
+    mavlink.MAVLINK_MSG_ID_GPS_RAW_INT: gps_raw_int,
+    mavlink.MAVLINK_MSG_ID_ATTITUDE: attitude,
+    mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION: attitude_quaternion,
+    mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: local_position_ned,
+    mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: global_position_int,
+    mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN: gps_global_origin,
+    mavlink.MAVLINK_MSG_ID_VFR_HUD: vfr_hud,
+    mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED: position_target_local_ned,
+    mavlink.MAVLINK_MSG_ID_TIMESYNC: timesync_request,
+    mavlink.MAVLINK_MSG_ID_ALTITUDE: altitude,
+    mavlink.MAVLINK_MSG_ID_BATTERY_STATUS: battery_status,
+    mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION: autopilot_version,
+    mavlink.MAVLINK_MSG_ID_HOME_POSITION: home_position,
+    mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: extended_sys_state,
+    mavlink.MAVLINK_MSG_ID_ODOMETRY: odometry,
+}
+"""All messages that can be streamed or asked for, by message id."""

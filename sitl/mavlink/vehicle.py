@@ -1,0 +1,150 @@
+"""The simulated vehicle as its MAVLink peers see it: bytes in, bytes out, no sockets and no waiting."""
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from sitl.conditions import load_conditions
+from sitl.firmware.interface import StatusText
+from sitl.firmware.px4_tuning import tuned_parameters
+from sitl.mavlink import services
+from sitl.mavlink.channel import Channel
+from sitl.mavlink.frames import Encoder, Message, decode
+from sitl.mavlink.links import OFFBOARD, Link, Streams
+from sitl.mavlink.session import Session
+from sitl.mavlink.telemetry import WRITERS, Report
+from sitl.simulation import TICK_S, Simulation
+from sitl.vehicle import load_vehicle
+
+_ROUNDING_S = 1e-9
+_OTHER_PARAMETERS = {"SYS_AUTOSTART": 4001}  # PX4's generic quadrotor
+
+
+@dataclass(frozen=True, slots=True)
+class Delivery:
+    """A frame on its way to the peer of `link`, where it arrives at `time_s` (s, time of the simulation)."""
+
+    time_s: float
+    link: Link
+    data: bytes
+
+
+class MavlinkVehicle:
+    """A simulated vehicle on one or more MAVLink links.
+
+    Args:
+        simulation: the vehicle itself; from now on time moves only in `advance`.
+        system_id: MAVLink id of the vehicle (1 to 255).
+        links: the links that there are.
+    """
+
+    def __init__(
+        self, simulation: Simulation, *, system_id: int = 1, links: Sequence[Link] = (OFFBOARD,)
+    ) -> None:
+        self.simulation = simulation
+        self.system_id = system_id
+        self.status_texts: deque[StatusText] = deque(maxlen=100)
+        """The newest texts that the firmware gave out, for whoever watches beside the links."""
+        conditions = simulation.conditions.link
+        self._setpoint_latency_s = conditions.setpoint_latency_s
+        self._channel = Channel(
+            conditions.telemetry_latency_s,
+            conditions.telemetry_jitter_s,
+            conditions.telemetry_loss_fraction,
+            simulation.link_rng,
+        )
+        self._on_the_way_in: deque[tuple[float, Session, bytes]] = deque()
+        self._on_the_way_out: list[Delivery] = []
+        self._sessions = {link: self._open(link) for link in links}
+
+    @property
+    def links(self) -> Sequence[Link]:
+        """The links that there are."""
+        return tuple(self._sessions)
+
+    def _open(self, link: Link) -> Session:
+        return Session(
+            system_id=self.system_id,
+            firmware=self.simulation.firmware,
+            parameters=tuned_parameters(self.simulation.vehicle).model_dump() | _OTHER_PARAMETERS,
+            streams=Streams(link.rates_hz),
+            send=partial(self._send, link, Encoder(self.system_id)),
+        )
+
+    def _send(self, link: Link, encoder: Encoder, message: Message) -> None:
+        frame = encoder.encode(message)
+        arrival_s = self._channel.arrival_s(self.simulation.time_s)
+        if arrival_s is not None:
+            self._on_the_way_out.append(Delivery(arrival_s, link, frame))
+
+    def receive(self, data: bytes, link: Link = OFFBOARD) -> None:
+        """Take a datagram that the peer of `link` sent now; the vehicle has it after the setpoint latency.
+
+        Bytes that are no valid frame are skipped.
+        """
+        due_s = self.simulation.time_s + self._setpoint_latency_s
+        self._on_the_way_in.append((due_s, self._sessions[link], data))
+
+    def advance(self, until_s: float) -> list[Delivery]:
+        """Run the simulation up to `until_s` (s), in whole ticks.
+
+        Returns:
+            The frames that were sent meanwhile and not lost, by time of arrival. That may lie after
+            `until_s`, and before the arrival of a frame that an earlier call returned.
+        """
+        simulation = self.simulation
+        while simulation.time_s + TICK_S <= until_s + _ROUNDING_S:
+            self._take_arrived(simulation.time_s)
+            simulation.advance(simulation.time_s + TICK_S)
+            self._tell()
+        sent, self._on_the_way_out = self._on_the_way_out, []
+        return sorted(sent, key=lambda delivery: delivery.time_s)
+
+    def _take_arrived(self, now_s: float) -> None:
+        while self._on_the_way_in and self._on_the_way_in[0][0] <= now_s + _ROUNDING_S:
+            _, session, data = self._on_the_way_in.popleft()
+            session.time_s = now_s
+            for message in decode(data):
+                services.handle(session, message)
+
+    def _tell(self) -> None:
+        """Send on every link what is due."""
+        report = Report(self.simulation.firmware, self.simulation.time_s, self.system_id)
+        texts = self.simulation.firmware.take_status_texts()
+        self.status_texts.extend(texts)
+        for session in self._sessions.values():
+            session.time_s = report.time_s
+            for text in texts:
+                session.say(text.severity, text.text)
+            for message_id in session.streams.take_due(report.time_us):
+                session.send(WRITERS[message_id](report))
+
+
+def open_vehicle(
+    vehicle: str | Path,
+    conditions: str | Path = "ideal",
+    *,
+    seed: int = 0,
+    system_id: int = 1,
+    record_truth: bool = False,
+    links: Sequence[Link] = (OFFBOARD,),
+) -> MavlinkVehicle:
+    """A vehicle on the ground at home, at time 0.
+
+    Args:
+        vehicle: name of a file in `config/vehicles`, or a path.
+        conditions: name of a file in `config/conditions`, or a path.
+        seed: of everything random.
+        system_id: MAVLink id of the vehicle (1 to 255).
+        record_truth: whether the simulation keeps the true states.
+        links: the links that there are.
+
+    Raises:
+        ConfigError: a file is missing or wrong.
+    """
+    simulation = Simulation(
+        load_vehicle(vehicle), load_conditions(conditions), seed=seed, record_truth=record_truth
+    )
+    return MavlinkVehicle(simulation, system_id=system_id, links=links)

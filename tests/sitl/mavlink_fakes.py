@@ -1,0 +1,137 @@
+"""A vehicle without physics behind the MAVLink face, and a pymavlink peer in front of it."""
+
+import math
+from dataclasses import dataclass, field
+from typing import Any, cast
+
+import numpy as np
+from pymavlink.dialects.v20 import common as mavlink
+
+from sitl.arrays import Vec3
+from sitl.conditions import Conditions, LinkConditions
+from sitl.firmware.interface import (
+    Battery,
+    Estimate,
+    Health,
+    Landed,
+    Mode,
+    Result,
+    Setpoint,
+    StatusText,
+)
+from sitl.mavlink import OFFBOARD, Delivery, Link, MavlinkVehicle
+from sitl.simulation import Simulation
+from sitl.vehicle import Vehicle, load_vehicle
+
+PEER_SYSTEM, PEER_COMPONENT = 245, 191
+BEBOP2 = load_vehicle("bebop2")
+BATTERY = Battery(voltage_v=12.0, current_a=3.5, remaining=0.83)
+HEALTHY = Health(sensors_ok=True, position_ok=True, ready_to_arm=True)
+
+
+@dataclass
+class FakeFirmware:
+    """Does at once what it is asked for, and keeps what it was given."""
+
+    mode: Mode = Mode.HOLD
+    armed: bool = False
+    landed: Landed = Landed.ON_GROUND
+    failsafe: bool = False
+    battery: Battery = BATTERY
+    health: Health = HEALTHY
+    answer: Result = Result.ACCEPTED
+    time_s: float = 0.0
+    position: Vec3 = field(default_factory=lambda: np.array([1.0, 2.0, -3.0]))
+    velocity: Vec3 = field(default_factory=lambda: np.array([0.5, -0.25, 0.125]))
+    attitude: Any = field(default_factory=lambda: np.array([1.0, 0.0, 0.0, 0.0]))
+    setpoints: list[Setpoint] = field(default_factory=list)
+    calls: list[tuple[Any, ...]] = field(default_factory=list)
+    texts: list[StatusText] = field(default_factory=list)
+
+    @property
+    def estimate(self) -> Estimate:
+        rates = np.array([0.1, 0.2, 0.3])
+        return Estimate(self.time_s, self.position, self.velocity, np.zeros(3), self.attitude, rates)
+
+    @property
+    def active_setpoint(self) -> Setpoint:
+        return self.setpoints[-1] if self.setpoints else Setpoint()
+
+    def arm(self, *, force: bool = False) -> Result:
+        self.armed = self.armed or self.answer is Result.ACCEPTED
+        return self._called("arm", force)
+
+    def disarm(self, *, force: bool = False) -> Result:
+        self.armed = False
+        return self._called("disarm", force)
+
+    def set_mode(self, mode: Mode) -> Result:
+        self.mode = mode
+        return self._called("set_mode", mode)
+
+    def takeoff(self, altitude_m: float | None = None) -> Result:
+        self.mode = Mode.TAKEOFF
+        return self._called("takeoff", altitude_m)
+
+    def reposition(self, position: Vec3, yaw: float) -> Result:
+        return self._called("reposition", *position.tolist(), yaw)
+
+    def offboard_setpoint(self, setpoint: Setpoint) -> None:
+        self.setpoints.append(setpoint)
+
+    def take_status_texts(self) -> list[StatusText]:
+        texts, self.texts = self.texts, []
+        return texts
+
+    def _called(self, *call: Any) -> Result:
+        self.calls.append(call)
+        return self.answer
+
+
+@dataclass
+class FakeSimulation:
+    firmware: FakeFirmware = field(default_factory=FakeFirmware)
+    conditions: Conditions = field(default_factory=lambda: Conditions(name="ideal"))
+    vehicle: Vehicle = BEBOP2
+    link_rng: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0))
+    ticks: int = 0
+
+    @property
+    def time_s(self) -> float:
+        return self.ticks / 100
+
+    def advance(self, until_s: float) -> None:
+        self.ticks = math.floor(until_s * 100 + 1e-6)
+        self.firmware.time_s = self.time_s
+
+
+def fake_vehicle(
+    link: LinkConditions | None = None, *, seed: int = 1, links: tuple[Link, ...] = (OFFBOARD,)
+) -> tuple[MavlinkVehicle, FakeFirmware]:
+    conditions = Conditions(name="test", link=link or LinkConditions())
+    simulation = FakeSimulation(conditions=conditions, link_rng=np.random.default_rng(seed))
+    vehicle = MavlinkVehicle(cast(Simulation, simulation), links=links)
+    return vehicle, simulation.firmware
+
+
+def encode(message: Any, system: int = PEER_SYSTEM, component: int = PEER_COMPONENT) -> bytes:
+    return bytes(message.pack(mavlink.MAVLink(None, system, component)))
+
+
+def parse(deliveries: list[Delivery]) -> list[Any]:
+    parser = mavlink.MAVLink(None)
+    return [message for delivery in deliveries for message in parser.parse_buffer(delivery.data) or []]
+
+
+def answers(vehicle: MavlinkVehicle, *messages: Any) -> list[Any]:
+    """What comes back on messages, telemetry left out: all streams are stopped for it."""
+    for session in vehicle._sessions.values():
+        session.streams._due_us.clear()
+    for message in messages:
+        vehicle.receive(encode(message))
+    return parse(vehicle.advance(vehicle.simulation.time_s + 0.01))
+
+
+def command_long(command: int, *params: float, system: int = 1, component: int = 1) -> Any:
+    seven = [*params, *[0.0] * (7 - len(params))]
+    return mavlink.MAVLink_command_long_message(system, component, command, 0, *seven)

@@ -1,0 +1,143 @@
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from mavlink_fakes import FakeFirmware
+from pymavlink.dialects.v20 import common as mavlink
+
+from sitl.firmware.interface import Battery, Health, Landed, Mode, Setpoint
+from sitl.mavlink.geodesy import HOME, geodetic_from_ned, ned_from_geodetic
+from sitl.mavlink.telemetry import WRITERS, Report
+
+
+def written(name: str, firmware: FakeFirmware | None = None, time_s: float = 12.345) -> dict[str, Any]:
+    """The fields of a message after its way over the wire."""
+    report = Report(firmware or FakeFirmware(), time_s, system_id=1)
+    message = WRITERS[getattr(mavlink, f"MAVLINK_MSG_ID_{name}")](report)
+    (received,) = mavlink.MAVLink(None).parse_buffer(message.pack(mavlink.MAVLink(None, 1, 1))) or []
+    assert received.get_type() == name
+    return {field: getattr(received, field) for field in received.get_fieldnames()}
+
+
+def quaternion(roll: float, pitch: float, yaw: float) -> np.ndarray:
+    (sr, cr), (sp, cp), (sy, cy) = ((math.sin(a / 2), math.cos(a / 2)) for a in (roll, pitch, yaw))
+    return np.array(
+        [
+            cr * cp * cy + sr * sp * sy,
+            sr * cp * cy - cr * sp * sy,
+            cr * sp * cy + sr * cp * sy,
+            cr * cp * sy - sr * sp * cy,
+        ]
+    )
+
+
+@pytest.mark.parametrize("message_id", sorted(WRITERS))
+def test_every_writer_writes_its_own_message(message_id: int) -> None:
+    report = Report(FakeFirmware(), 1.0, system_id=1)
+    assert WRITERS[message_id](report).get_msgId() == message_id
+
+
+def test_local_position_is_ned_in_metres() -> None:
+    fields = written("LOCAL_POSITION_NED")
+    assert fields == {
+        "time_boot_ms": 12345,
+        **{"x": 1.0, "y": 2.0, "z": -3.0},
+        **{"vx": 0.5, "vy": -0.25, "vz": 0.125},
+    }
+
+
+@given(st.floats(-3.0, 3.0), st.floats(-1.5, 1.5), st.floats(-3.1, 3.1))
+def test_attitude_is_roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> None:
+    fields = written("ATTITUDE", FakeFirmware(attitude=quaternion(roll, pitch, yaw)))
+    assert [fields["roll"], fields["pitch"], fields["yaw"]] == pytest.approx([roll, pitch, yaw], abs=1e-5)
+    assert fields["yawspeed"] == pytest.approx(0.3)
+
+
+def test_global_position_is_where_the_local_one_is() -> None:
+    fields = written("GLOBAL_POSITION_INT", FakeFirmware(attitude=quaternion(0.0, 0.0, -math.pi / 2)))
+    assert fields["relative_alt"] == 3000
+    assert fields["alt"] == 491_000
+    assert (fields["vx"], fields["vy"], fields["vz"], fields["hdg"]) == (50, -25, 12, 27000)
+    north_m = (fields["lat"] * 1e-7 - HOME.latitude_deg) * 111_194.9
+    assert north_m == pytest.approx(1.0, abs=0.01)
+
+
+@given(*[st.floats(-500.0, 500.0)] * 3)
+def test_geodetic_and_local_are_inverse(north: float, east: float, down: float) -> None:
+    back = ned_from_geodetic(geodetic_from_ned(north, east, down))
+    assert back == pytest.approx((north, east, down), abs=1e-6)
+
+
+def test_a_degree_of_longitude_is_shorter_than_one_of_latitude() -> None:
+    assert geodetic_from_ned(0.0, 100.0, 0.0).longitude_deg - HOME.longitude_deg == pytest.approx(
+        100.0 / (111_194.9 * math.cos(math.radians(HOME.latitude_deg)))
+    )
+
+
+@pytest.mark.parametrize(
+    ("mode", "main", "sub"),
+    [
+        (Mode.POSCTL, 3, 0),
+        (Mode.TAKEOFF, 4, 2),
+        (Mode.HOLD, 4, 3),
+        (Mode.RTL, 4, 5),
+        (Mode.LAND, 4, 6),
+        (Mode.OFFBOARD, 6, 0),
+    ],
+)
+def test_heartbeat_has_px4s_modes(mode: Mode, main: int, sub: int) -> None:
+    fields = written("HEARTBEAT", FakeFirmware(mode=mode))
+    assert fields["custom_mode"] == main << 16 | sub << 24
+    assert fields["autopilot"] == mavlink.MAV_AUTOPILOT_PX4
+
+
+@pytest.mark.parametrize(
+    ("armed", "failsafe", "status"),
+    [
+        (False, False, mavlink.MAV_STATE_STANDBY),
+        (True, False, mavlink.MAV_STATE_ACTIVE),
+        (True, True, mavlink.MAV_STATE_CRITICAL),
+    ],
+)
+def test_heartbeat_tells_armed_and_failsafe(armed: bool, failsafe: bool, status: int) -> None:
+    fields = written("HEARTBEAT", FakeFirmware(armed=armed, failsafe=failsafe))
+    assert fields["system_status"] == status
+    assert bool(fields["base_mode"] & mavlink.MAV_MODE_FLAG_SAFETY_ARMED) is armed
+
+
+@pytest.mark.parametrize(
+    ("health", "bit"),
+    [
+        (
+            Health(sensors_ok=False, position_ok=True, ready_to_arm=True),
+            mavlink.MAV_SYS_STATUS_SENSOR_3D_GYRO,
+        ),
+        (Health(sensors_ok=True, position_ok=False, ready_to_arm=True), mavlink.MAV_SYS_STATUS_SENSOR_GPS),
+        (Health(sensors_ok=True, position_ok=True, ready_to_arm=False), mavlink.MAV_SYS_STATUS_PREARM_CHECK),
+    ],
+)
+def test_sys_status_clears_the_bit_of_what_is_not_well(health: Health, bit: int) -> None:
+    fields = written("SYS_STATUS", FakeFirmware(health=health))
+    assert not fields["onboard_control_sensors_health"] & bit
+    assert fields["onboard_control_sensors_present"] & bit
+    assert written("SYS_STATUS")["onboard_control_sensors_health"] & bit
+
+
+def test_battery() -> None:
+    fields = written("BATTERY_STATUS", FakeFirmware(battery=Battery(11.1, 4.2, 0.42)))
+    assert (fields["voltages"], fields["battery_remaining"]) == ([11100] + [65535] * 9, 42)
+    assert written("SYS_STATUS", FakeFirmware(battery=Battery(11.1, 4.2, 0.42)))["voltage_battery"] == 11100
+
+
+def test_landed_state() -> None:
+    assert written("EXTENDED_SYS_STATE", FakeFirmware(landed=Landed.IN_AIR))["landed_state"] == 2
+
+
+def test_position_target_masks_what_is_off() -> None:
+    firmware = FakeFirmware(setpoints=[Setpoint(position=np.array([1.0, 2.0, -3.0]), yaw=0.5)])
+    fields = written("POSITION_TARGET_LOCAL_NED", firmware)
+    assert fields["type_mask"] == 0b1001_1111_1000 & ~0b10_0000_0000
+    assert (fields["x"], fields["yaw"]) == (1.0, 0.5)
