@@ -40,3 +40,7 @@ class RefusedError(FlightError):
 
 class TrackingError(FlightError):
     """A guard ended the flight; the vehicle was left in a hold."""
+
+
+class TakenError(FlightError):
+    """The vehicle left our control unasked (its pilot, its failsafe), and was left to whoever has it."""

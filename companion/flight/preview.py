@@ -15,7 +15,7 @@ def state_of(state: VehicleState) -> Float[Array, "12"]:
 
 
 def desired_ahead(trajectory: Trajectory, time_s: float, preview: Preview) -> tuple[Vec3, Vec3]:
-    """Desired position (m) and velocity (m/s), each axis its own lead after `time_s` on the trajectory (s)."""
+    """Desired position (m) and velocity (m/s), each axis its own lead after `time_s` of the trajectory."""
     samples = {
         lead_s: trajectory.at(time_s + lead_s) for lead_s in {*preview.position_s, *preview.velocity_s}
     }

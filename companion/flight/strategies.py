@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol
 
-from companion.flight.reference import Reference
 from companion.flight.preview import desired_ahead, state_of
+from companion.flight.reference import Reference
 from companion.learning.features import inverse_inputs, reference
 from companion.learning.inverse_network import InverseNetwork
 from companion.state import VehicleState

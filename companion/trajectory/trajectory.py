@@ -91,6 +91,12 @@ class Trajectory:
             coefficients = np.concatenate([raised[:, 1:], np.zeros_like(raised[:, :1])], axis=1)
         return coefficients
 
+    def moved(self, offset: Vec3) -> "Trajectory":
+        """The same motion, `offset` (m, NED) away."""
+        coefficients = self.coefficients.copy()
+        coefficients[:, 0] += offset
+        return Trajectory(self.name, self.step_s, coefficients)
+
     def stretched(self, factor: float) -> "Trajectory":
         """The same path, taking `factor` times as long."""
         return Trajectory(self.name, self.step_s * factor, self.coefficients)
