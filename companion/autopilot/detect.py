@@ -1,0 +1,66 @@
+"""Which autopilot is on the other end, and what flies it."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from companion.autopilot.interface import Autopilot
+from companion.autopilot.px4 import Px4
+from companion.errors import FlightError, NoReplyError
+from companion.link.command import request_message
+from companion.link.connection import Connection
+from companion.link.dialect import mavlink
+from companion.link.telemetry import Telemetry
+
+_AUTOPILOTS: Mapping[int, Callable[[Connection, Telemetry], Autopilot]] = {
+    mavlink.MAV_AUTOPILOT_PX4: Px4,
+}
+"""What flies which MAV_AUTOPILOT."""
+_NAMES = {mavlink.MAV_AUTOPILOT_PX4: "PX4", mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA: "ArduPilot"}
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """What a vehicle says it is.
+
+    Attributes:
+        autopilot: name of the autopilot software.
+        version: of the software, such as 1.16.0; None when it does not tell.
+        takes_setpoints: whether it takes position setpoints; None when it does not tell.
+    """
+
+    autopilot: str
+    version: str | None = None
+    takes_setpoints: bool | None = None
+
+
+async def identify(connection: Connection) -> Identity:
+    """What the connection's vehicle is, from HEARTBEAT and AUTOPILOT_VERSION."""
+    number = connection.heartbeat.autopilot
+    name = _NAMES.get(number, f"autopilot {number}")
+    try:
+        told = await request_message(connection, mavlink.MAVLink_autopilot_version_message)
+    except NoReplyError:
+        return Identity(name)
+    version = told.flight_sw_version
+    return Identity(
+        name,
+        version=f"{version >> 24}.{version >> 16 & 0xFF}.{version >> 8 & 0xFF}",
+        takes_setpoints=bool(
+            told.capabilities & mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
+        ),
+    )
+
+
+async def detect(connection: Connection, telemetry: Telemetry) -> Autopilot:
+    """The connection's vehicle, ready to be flown.
+
+    Raises:
+        FlightError: it is none that this program can fly.
+    """
+    identity = await identify(connection)
+    make = _AUTOPILOTS.get(connection.heartbeat.autopilot)
+    if make is None:
+        raise FlightError(f"{identity.autopilot} vehicles cannot be flown yet: connect to a PX4 vehicle")
+    if identity.takes_setpoints is False:
+        raise FlightError(f"this {identity.autopilot} takes no position setpoints: it needs another build")
+    return make(connection, telemetry)

@@ -1,0 +1,75 @@
+"""What the vehicle is doing, from HEARTBEAT, EXTENDED_SYS_STATE, SYS_STATUS and HOME_POSITION."""
+
+import math
+from dataclasses import dataclass, replace
+from enum import Enum
+
+import numpy as np
+
+from companion.arrays import Vec3
+from companion.link.connection import Connection
+from companion.link.dialect import mavlink
+
+
+class Landed(Enum):
+    """Where the vehicle is, as its land detector has it."""
+
+    UNDEFINED = mavlink.MAV_LANDED_STATE_UNDEFINED
+    ON_GROUND = mavlink.MAV_LANDED_STATE_ON_GROUND
+    IN_AIR = mavlink.MAV_LANDED_STATE_IN_AIR
+    TAKEOFF = mavlink.MAV_LANDED_STATE_TAKEOFF
+    LANDING = mavlink.MAV_LANDED_STATE_LANDING
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class VehicleStatus:
+    """What the vehicle is doing.
+
+    Attributes:
+        armed: whether its motors may turn.
+        custom_mode: its flight mode, in the autopilot's own numbers.
+        landed: where it is.
+        battery: remaining charge (0 to 1); None when it does not tell.
+        home: in NED of its local origin (m); None until it tells.
+    """
+
+    armed: bool
+    custom_mode: int
+    landed: Landed = Landed.UNDEFINED
+    battery: float | None = None
+    home: Vec3 | None = None
+
+
+class StatusWatch:
+    """Keeps the newest status of a connection's vehicle, in `status`."""
+
+    def __init__(self, connection: Connection) -> None:
+        self.status = VehicleStatus(*_armed_and_mode(connection.heartbeat))
+        connection.subscribe(mavlink.MAVLink_heartbeat_message, self._on_heartbeat)
+        connection.subscribe(mavlink.MAVLink_extended_sys_state_message, self._on_extended_state)
+        connection.subscribe(mavlink.MAVLink_sys_status_message, self._on_system_status)
+        connection.subscribe(mavlink.MAVLink_home_position_message, self._on_home)
+
+    def _on_heartbeat(self, message: mavlink.MAVLink_heartbeat_message) -> None:
+        armed, custom_mode = _armed_and_mode(message)
+        self.status = replace(self.status, armed=armed, custom_mode=custom_mode)
+
+    def _on_extended_state(self, message: mavlink.MAVLink_extended_sys_state_message) -> None:
+        known = message.landed_state in _LANDED_STATES
+        landed = Landed(message.landed_state) if known else Landed.UNDEFINED
+        self.status = replace(self.status, landed=landed)
+
+    def _on_system_status(self, message: mavlink.MAVLink_sys_status_message) -> None:
+        percent = message.battery_remaining
+        self.status = replace(self.status, battery=percent / 100.0 if percent >= 0 else None)
+
+    def _on_home(self, message: mavlink.MAVLink_home_position_message) -> None:
+        if math.isfinite(message.x + message.y + message.z):
+            self.status = replace(self.status, home=np.array([message.x, message.y, message.z]))
+
+
+_LANDED_STATES = {landed.value for landed in Landed}
+
+
+def _armed_and_mode(message: mavlink.MAVLink_heartbeat_message) -> tuple[bool, int]:
+    return bool(message.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED), message.custom_mode
