@@ -1,37 +1,51 @@
 """Unit quaternions w, x, y, z that turn body (FRD) vectors into NED; all functions are kernels."""
 
 import math
+from typing import TypeAlias
 
 import numpy as np
 
 from sitl.arrays import Quaternion, Vec3
 from sitl.compiled import compiled
 
+Vector: TypeAlias = tuple[float, float, float]
+"""A vector inside a kernel, where an array would cost an allocation."""
+
 
 @compiled
-def to_world(q: Quaternion, v: Vec3) -> Vec3:
-    """A body vector in NED: R(q) v."""
-    w, x, y, z = q[0], q[1], q[2], q[3]
+def _turn(w: float, x: float, y: float, z: float, v: Vector) -> Vector:
     tx = 2.0 * (y * v[2] - z * v[1])
     ty = 2.0 * (z * v[0] - x * v[2])
     tz = 2.0 * (x * v[1] - y * v[0])
-    out = np.empty(3)
-    out[0] = v[0] + w * tx + y * tz - z * ty
-    out[1] = v[1] + w * ty + z * tx - x * tz
-    out[2] = v[2] + w * tz + x * ty - y * tx
-    return out
+    return (
+        v[0] + w * tx + y * tz - z * ty,
+        v[1] + w * ty + z * tx - x * tz,
+        v[2] + w * tz + x * ty - y * tx,
+    )
+
+
+@compiled
+def rotate(q: Quaternion, v: Vector) -> Vector:
+    """A body vector in NED: R(q) v."""
+    return _turn(q[0], q[1], q[2], q[3], v)
+
+
+@compiled
+def rotate_back(q: Quaternion, v: Vector) -> Vector:
+    """A NED vector in the body frame: R(q)ᵀ v."""
+    return _turn(q[0], -q[1], -q[2], -q[3], v)
+
+
+@compiled
+def to_world(q: Quaternion, v: Vec3) -> Vec3:
+    """`rotate` for arrays."""
+    return np.array(rotate(q, (v[0], v[1], v[2])))
 
 
 @compiled
 def conjugate(q: Quaternion) -> Quaternion:
     """The inverse rotation."""
     return np.array((q[0], -q[1], -q[2], -q[3]))
-
-
-@compiled
-def to_body(q: Quaternion, v: Vec3) -> Vec3:
-    """A NED vector in the body frame: R(q)ᵀ v."""
-    return to_world(conjugate(q), v)
 
 
 @compiled

@@ -1,6 +1,7 @@
 """Rigid-body dynamics of a multirotor: NED world, FRD body, flat rough ground at z = 0.
 
-Per rotor i: thrust k ω² against body z, torque ±k_m ω² about it, in-plane drag c ω v_air at the hub.
+Each rotor: thrust k ω² against body z, torque ±k_m ω² about it, in-plane drag c ω v_air with the velocity of
+the centre of mass through the air.
 """
 
 import math
@@ -11,7 +12,7 @@ from jaxtyping import Float
 
 from sitl.arrays import Array, Vec3
 from sitl.compiled import compiled
-from sitl.quaternion import normalise, to_body, to_world
+from sitl.quaternion import normalise, rotate, rotate_back
 from sitl.vehicle import GRAVITY_M_S2, Vehicle
 
 _LEVELLING_TIME_S = 0.05
@@ -49,6 +50,28 @@ class Body(NamedTuple):
     rotor_speed: Float[Array, " n"]
 
 
+class RotorEffort(NamedTuple):
+    """What all rotors together do to the body (FRD).
+
+    Attributes:
+        thrust: N, upwards.
+        roll, pitch, yaw: moments of thrust and reaction torque (N m).
+        drag: in-plane drag over the air-relative velocity (N s/m).
+        drag_x, drag_y, drag_z: first moments of that drag about the centre of mass (N s).
+        momentum: angular momentum about z (N m s).
+    """
+
+    thrust: float
+    roll: float
+    pitch: float
+    yaw: float
+    drag: float
+    drag_x: float
+    drag_y: float
+    drag_z: float
+    momentum: float
+
+
 def airframe(vehicle: Vehicle) -> Airframe:
     """The constants of a vehicle as the kernels take them."""
     rotors = vehicle.rotors
@@ -77,71 +100,77 @@ def body_on_ground(rotor_count: int) -> Body:
 
 
 @compiled
+def rotor_effort(
+    frame: Airframe, rotor_speed: Float[Array, " n"], rotor_acceleration: Float[Array, " n"]
+) -> RotorEffort:
+    """What rotors at these speeds (rad/s) and accelerations (rad/s²) do to the body."""
+    thrust, roll, pitch, yaw = 0.0, 0.0, 0.0, 0.0
+    drag, drag_x, drag_y, drag_z, momentum = 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(rotor_speed.size):
+        x, y, z = frame.position[i, 0], frame.position[i, 1], frame.position[i, 2]
+        omega = rotor_speed[i]
+        lift = frame.thrust_coefficient * omega**2
+        reaction = frame.moment_coefficient * omega**2 + frame.rotor_inertia * rotor_acceleration[i]
+        thrust += lift
+        roll -= y * lift
+        pitch += x * lift
+        yaw += frame.spin[i] * reaction
+        drag += frame.rotor_drag * omega
+        drag_x += frame.rotor_drag * omega * x
+        drag_y += frame.rotor_drag * omega * y
+        drag_z += frame.rotor_drag * omega * z
+        momentum -= frame.spin[i] * frame.rotor_inertia * omega
+    return RotorEffort(thrust, roll, pitch, yaw, drag, drag_x, drag_y, drag_z, momentum)
+
+
+@compiled
 def derivative(
-    frame: Airframe,
-    motion: Float[Array, "13"],
-    rotor_speed: Float[Array, " n"],
-    rotor_acceleration: Float[Array, " n"],
-    wind: Vec3,
-    out: Float[Array, "13"],
+    frame: Airframe, motion: Float[Array, "13"], effort: RotorEffort, wind: Vec3, out: Float[Array, "13"]
 ) -> None:
     """Time derivative of `motion`, written to `out`; `wind` is the velocity of the air (NED, m/s)."""
     q = motion[6:10]
     wx, wy, wz = motion[10], motion[11], motion[12]
-    air = to_body(q, motion[3:6] - wind)
-    speed = math.sqrt(air[0] ** 2 + air[1] ** 2 + air[2] ** 2)
-    force = -(frame.linear_drag + frame.quadratic_drag * speed) * air
-    torque = np.zeros(3)
-    spin_momentum = 0.0
-    for i in range(rotor_speed.size):
-        r = frame.position[i]
-        omega = rotor_speed[i]
-        thrust = frame.thrust_coefficient * omega**2
-        drag = frame.rotor_drag * omega
-        fx = -drag * (air[0] + wy * r[2] - wz * r[1])
-        fy = -drag * (air[1] + wz * r[0] - wx * r[2])
-        force[0] += fx
-        force[1] += fy
-        force[2] -= thrust
-        torque[0] += -r[1] * thrust - r[2] * fy
-        torque[1] += r[0] * thrust + r[2] * fx
-        torque[2] += r[0] * fy - r[1] * fx
-        torque[2] += frame.spin[i] * (
-            frame.moment_coefficient * omega**2 + frame.rotor_inertia * rotor_acceleration[i]
-        )
-        spin_momentum -= frame.spin[i] * frame.rotor_inertia * omega
-    acceleration = to_world(q, force / frame.mass)
+    air_x, air_y, air_z = rotate_back(q, (motion[3] - wind[0], motion[4] - wind[1], motion[5] - wind[2]))
+    speed = math.sqrt(air_x**2 + air_y**2 + air_z**2)
+    linear, quadratic = frame.linear_drag, frame.quadratic_drag
+    force_x = -(linear[0] + quadratic[0] * speed + effort.drag) * air_x
+    force_y = -(linear[1] + quadratic[1] * speed + effort.drag) * air_y
+    force_z = -(linear[2] + quadratic[2] * speed) * air_z - effort.thrust
+    roll = effort.roll + effort.drag_z * air_y
+    pitch = effort.pitch - effort.drag_z * air_x
+    yaw = effort.yaw + effort.drag_y * air_x - effort.drag_x * air_y
+    north, east, down = rotate(q, (force_x, force_y, force_z))
     jx, jy, jz = frame.inertia[0], frame.inertia[1], frame.inertia[2]
-    out[0:3] = motion[3:6]
-    out[3:6] = acceleration
-    out[5] += GRAVITY_M_S2
+    out[0] = motion[3]
+    out[1] = motion[4]
+    out[2] = motion[5]
+    out[3] = north / frame.mass
+    out[4] = east / frame.mass
+    out[5] = down / frame.mass + GRAVITY_M_S2
     out[6] = -0.5 * (q[1] * wx + q[2] * wy + q[3] * wz)
     out[7] = 0.5 * (q[0] * wx + q[2] * wz - q[3] * wy)
     out[8] = 0.5 * (q[0] * wy - q[1] * wz + q[3] * wx)
     out[9] = 0.5 * (q[0] * wz + q[1] * wy - q[2] * wx)
-    out[10] = (torque[0] - (jz - jy) * wy * wz - wy * spin_momentum) / jx
-    out[11] = (torque[1] - (jx - jz) * wx * wz + wx * spin_momentum) / jy
-    out[12] = (torque[2] - (jy - jx) * wx * wy) / jz
+    out[10] = (roll - (jz - jy) * wy * wz - wy * effort.momentum) / jx
+    out[11] = (pitch - (jx - jz) * wx * wz + wx * effort.momentum) / jy
+    out[12] = (yaw - (jy - jx) * wx * wy) / jz
 
 
 @compiled
 def advance(frame: Airframe, body: Body, commanded_speed: Float[Array, " n"], wind: Vec3, dt: float) -> None:
     """One step of `dt` (s): exact motor lag, classical Runge-Kutta motion, ground contact."""
     lag = 1.0 - math.exp(-dt / frame.time_constant)
-    rotor_acceleration = np.empty_like(body.rotor_speed)
-    for i in range(body.rotor_speed.size):
-        change = lag * (commanded_speed[i] - body.rotor_speed[i])
-        rotor_acceleration[i] = change / dt
-        body.rotor_speed[i] += change
-
+    speed = body.rotor_speed
+    rotor_acceleration = lag / dt * (commanded_speed - speed)
+    speed += dt * rotor_acceleration
+    effort = rotor_effort(frame, speed, rotor_acceleration)
     x = body.motion
     k = np.empty((4, 13))
-    derivative(frame, x, body.rotor_speed, rotor_acceleration, wind, k[0])
-    derivative(frame, x + 0.5 * dt * k[0], body.rotor_speed, rotor_acceleration, wind, k[1])
-    derivative(frame, x + 0.5 * dt * k[1], body.rotor_speed, rotor_acceleration, wind, k[2])
-    derivative(frame, x + dt * k[2], body.rotor_speed, rotor_acceleration, wind, k[3])
-    for i in range(13):
-        x[i] += dt / 6.0 * (k[0, i] + 2.0 * k[1, i] + 2.0 * k[2, i] + k[3, i])
+    derivative(frame, x, effort, wind, k[0])
+    derivative(frame, x + 0.5 * dt * k[0], effort, wind, k[1])
+    derivative(frame, x + 0.5 * dt * k[1], effort, wind, k[2])
+    derivative(frame, x + dt * k[2], effort, wind, k[3])
+    x += dt / 6.0 * (k[0] + 2.0 * k[1] + 2.0 * k[2] + k[3])
     normalise(x[6:10])
     if x[2] >= 0.0:
         rest_on_ground(x, dt)

@@ -82,14 +82,21 @@ def excess(thrusts: Float[Array, " n"], direction: Float[Array, " n"], upper: fl
 
 
 @compiled
+def shift(thrusts: Float[Array, " n"], direction: Float[Array, " n"], by: float) -> None:
+    """Add `by` times `direction` to the thrusts, in place."""
+    for i in range(thrusts.size):
+        thrusts[i] += by * direction[i]
+
+
+@compiled
 def desaturate(thrusts: Float[Array, " n"], direction: Float[Array, " n"], upper: float, lower: bool) -> None:
     """Move the thrusts along `direction` towards 0 to `upper` in place; `lower` allows only less of it."""
     move = excess(thrusts, direction, upper)
-    if lower and move > 0.0:
+    if move == 0.0 or (lower and move > 0.0):
         return
-    thrusts += move * direction
+    shift(thrusts, direction, move)
     # One side may have been traded for the other: half a step back shares the rest between them.
-    thrusts += 0.5 * excess(thrusts, direction, upper) * direction
+    shift(thrusts, direction, 0.5 * excess(thrusts, direction, upper))
 
 
 @compiled
@@ -99,11 +106,13 @@ def allocate(matrix: Allocation, torque: Vec3, thrust: float, state: RateState) 
     Notes in `state` on which axes the rotors give less than was asked.
     """
     mix = matrix.mix
-    thrusts: Float[Array, " n"] = mix[:, 0] * torque[0] + mix[:, 1] * torque[1] + mix[:, 3] * thrust
+    thrusts = thrust * mix[:, 3]
+    shift(thrusts, mix[:, 0], torque[0])
+    shift(thrusts, mix[:, 1], torque[1])
     desaturate(thrusts, mix[:, 3], 1.0, True)
     desaturate(thrusts, mix[:, 0], 1.0, False)
     desaturate(thrusts, mix[:, 1], 1.0, False)
-    thrusts += mix[:, 2] * torque[2]
+    shift(thrusts, mix[:, 2], torque[2])
     desaturate(thrusts, mix[:, 2], 1.0 + _YAW_MARGIN, False)
     desaturate(thrusts, mix[:, 3], 1.0, True)
     for i in range(thrusts.size):

@@ -15,7 +15,7 @@ from sitl.arrays import Quaternion, Vec3
 from sitl.compiled import compiled
 from sitl.firmware.px4_parameters import Px4Parameters
 from sitl.firmware.px4_position import AttitudeSetpoint
-from sitl.quaternion import conjugate, multiply, to_body
+from sitl.quaternion import conjugate, multiply, rotate_back
 
 _I_FADE_RATE = math.radians(400.0)
 """Rate error at which the integral gain has faded to zero."""
@@ -112,7 +112,7 @@ def control_attitude(
     """Rate setpoint 2 P Im(q_e), with the commanded yaw rate fed forward, limited on each axis."""
     error = tilt_first(attitude, setpoint.attitude, gains.yaw_weight)
     sign = 1.0 if error[0] >= 0.0 else -1.0
-    turn = to_body(attitude, np.array((0.0, 0.0, setpoint.thrust_and_yaw_rate[1])))
+    turn = rotate_back(attitude, (0.0, 0.0, setpoint.thrust_and_yaw_rate[1]))
     for axis in range(3):
         p = gains.p[axis]
         if axis == 2 and gains.yaw_weight > 1e-4:

@@ -156,15 +156,13 @@ def prioritise(first: Vec2, second: Vec2, limit: float) -> Vec2:
         return both
     length = math.hypot(first[0], first[1])
     if length >= limit:
-        both = first * (limit / length)
-        return both
+        return first * (limit / length)
     # |first + s second| = limit has one positive root, since the first lies inside the limit.
     a = second[0] ** 2 + second[1] ** 2
     b = first[0] * second[0] + first[1] * second[1]
     c = length**2 - limit**2
-    s = (-b + math.sqrt(b * b - a * c)) / a
-    both = first + s * second
-    return both
+    s: float = (-b + math.sqrt(b * b - a * c)) / a
+    return first + s * second
 
 
 @compiled
