@@ -54,7 +54,7 @@ def drawing_trajectory(drawing: Drawing, placement: Placement, limits: Limits) -
     allowed = limits.peaks(usual_speed_m_s=SPEED_M_S)
     points = _to_unit_size(drawing)
     if drawing.times is None:
-        line = placement.place(_smoothed(points, _untrembling_lengths(points)))
+        line = placement.place(_smoothed(points, lengths(points)))
         path = Path(line, end=float(lengths(line)[-1]))
         pace = pace_by_bends(path, allowed)
     else:
@@ -75,10 +75,3 @@ def _to_unit_size(drawing: Drawing) -> Float[Array, "n 2"]:
 
 def _smoothed(points: Float[Array, "n 2"], parameter: Float[Array, " n"]) -> Float[Array, "m 2"]:
     return smooth(evenly_spaced(points, parameter), TOLERANCE)
-
-
-def _untrembling_lengths(points: Float[Array, "n 2"]) -> Float[Array, " n"]:
-    """How far along the smooth line each point lies: tremor makes the drawn line longer than it is."""
-    drawn = lengths(points)
-    smoothed = lengths(_smoothed(points, drawn))
-    return np.interp(drawn, np.linspace(0.0, drawn[-1], len(smoothed)), smoothed)

@@ -56,11 +56,11 @@ class Limits:
 
 
 _ORDER = {"speed_m_s": 1, "acceleration_m_s2": 2, "jerk_m_s3": 3, "up_m_s": 1, "down_m_s": 1}
-_INSTANTS = np.linspace(0.0, 1.0, 17)  # of each segment, both ends included: jerk may jump at knots
+_INSTANTS = np.linspace(0.0, 1.0, 33)  # of each segment, both ends included: jerk may jump at knots
 
 
 def peaks_of(trajectory: Trajectory) -> Peaks:
-    """The peaks of the continuous trajectory, from 17 instants of every segment."""
+    """The peaks of the continuous trajectory, from 33 instants of every segment."""
     powers = _INSTANTS[:, None] ** np.arange(6)
     velocity, acceleration, jerk = (
         np.einsum("uk,mkd->mud", powers, trajectory.derivative(order)) for order in (1, 2, 3)

@@ -40,7 +40,9 @@ def read_trajectory(path: Path, placement: Placement, limits: Limits) -> Traject
     table = read_table(path)
     columns = _columns(path, table)
     if len(table.lines) < 2:
-        raise InputError(f"{path}:{max(table.lines, default=1)}: a trajectory needs at least two points")
+        raise InputError(
+            f"{path}:{max(table.lines, default=table.first_line)}: a trajectory needs at least two points"
+        )
     values = dict(zip(columns, table.values.T, strict=True))
     if "t" in values:
         _require_rising(path, table, values["t"])
@@ -63,11 +65,12 @@ def _columns(path: Path, table: Table) -> tuple[str, ...]:
         width = table.values.shape[1]
         if width not in _HEADERLESS:
             raise InputError(
-                f"{path}:{table.lines[0]}: {width} columns without names; start the file with {_EXPECTED}"
+                f"{path}:{table.first_line}: {width} columns without names; start the file with {_EXPECTED}"
             )
         return _HEADERLESS[width]
     if set(table.columns) not in map(set, _FORMATS) or len(set(table.columns)) < len(table.columns):
-        raise InputError(f"{path}: columns are {','.join(table.columns)[:60]}; expected {_EXPECTED}")
+        names = ",".join(table.columns)[:60]
+        raise InputError(f"{path}:{table.first_line}: columns are {names}; expected {_EXPECTED}")
     return table.columns
 
 

@@ -22,11 +22,13 @@ class Table:
         columns: names from the header, in lower case; None without a header.
         values: the numbers, a row of the file each.
         lines: number of the line in the file, for each row.
+        first_line: number of the line with the header, or else with the first row.
     """
 
     columns: tuple[str, ...] | None
     values: Float[Array, "rows columns"]
     lines: tuple[int, ...]
+    first_line: int
 
 
 def read_table(path: Path) -> Table:
@@ -47,7 +49,8 @@ def read_table(path: Path) -> Table:
         columns = tuple(name.lower() for name in split.pop(0)[1])
     width = len(columns or split[0][1])
     values = [_numbers(path, line, fields, width) for line, fields in split]
-    return Table(columns, np.array(values).reshape(len(values), width), tuple(line for line, _ in split))
+    lines = tuple(line for line, _ in split)
+    return Table(columns, np.array(values).reshape(len(values), width), lines, first_line=rows[0][0])
 
 
 def _text(path: Path) -> str:
