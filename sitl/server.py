@@ -14,7 +14,8 @@ from sitl.simulation import TICK_S
 
 _LOOPBACK = "127.0.0.1"
 _MAX_BEHIND_S = 0.25  # real time by which the simulation may lag before that time is given up
-_REPORT_EVERY_S = 10.0
+_WATCH_S = 10.0
+_KEEPS_UP = 0.95  # share of the asked speed, over the time watched
 
 Address = tuple[str, int]
 
@@ -81,11 +82,13 @@ async def serve(
 async def _run(
     vehicle: MavlinkVehicle, sockets: dict[Link, "_Socket"], speed: float, say: Callable[[str], None]
 ) -> None:
-    pace = _Pace(asyncio.get_running_loop(), speed, say)
+    pace = Pace(asyncio.get_running_loop().time, speed, say)
     journal = _Journal(vehicle, say)
     on_the_way: list[Delivery] = []
     while True:
-        now_s = pace.simulation_time(vehicle.simulation.time_s)
+        reached_s = vehicle.simulation.time_s
+        # never more than a tick without a look at the sockets, however far behind
+        now_s = min(pace.simulation_time(reached_s), reached_s + TICK_S)
         on_the_way = sorted(on_the_way + vehicle.advance(now_s), key=lambda delivery: delivery.time_s)
         while on_the_way and on_the_way[0].time_s <= now_s:
             delivery = on_the_way.pop(0)
@@ -95,33 +98,41 @@ async def _run(
         await pace.sleep_until(min(next_tick_s, on_the_way[0].time_s) if on_the_way else next_tick_s)
 
 
-class _Pace:
-    """Simulation time as the clock on the wall has it: the one place where that clock is read."""
+class Pace:
+    """Simulation time as the clock on the wall has it: the one place where that clock is read.
 
-    def __init__(self, loop: asyncio.AbstractEventLoop, speed: float, say: Callable[[str], None]) -> None:
-        self._loop = loop
+    Args:
+        clock: a monotonic clock (s), that of the event loop.
+        speed: simulated seconds a second.
+        say: told when the machine is too slow for that.
+    """
+
+    def __init__(self, clock: Callable[[], float], speed: float, say: Callable[[str], None]) -> None:
+        self._clock = clock
         self._speed = speed
         self._say = say
-        self._start_s = loop.time()
+        self._start_s = clock()
         self._lost_s = 0.0
-        self._last_report_s = self._start_s
+        self._watched_from_s = self._start_s
 
     def simulation_time(self, reached_s: float) -> float:
-        """How far the simulation should be, which has come to `reached_s` (s); a large lag is given up."""
-        now_s = self._loop.time()
-        behind_s = (now_s - self._start_s) - reached_s / self._speed
-        if behind_s > _MAX_BEHIND_S:
-            self._start_s += behind_s
-            self._lost_s += behind_s
-        if self._lost_s and now_s - self._last_report_s >= _REPORT_EVERY_S:
-            done = 1.0 - self._lost_s / (now_s - self._last_report_s)
-            self._say(f"this machine cannot keep up: runs at {done * self._speed:.1f} times real time")
-            self._lost_s, self._last_report_s = 0.0, now_s
+        """How far the simulation should be, which has come to `reached_s` (s); a long lag is given up."""
+        now_s = self._clock()
+        given_up_s = (now_s - self._start_s) - reached_s / self._speed - _MAX_BEHIND_S
+        if given_up_s > 0.0:
+            self._start_s += given_up_s
+            self._lost_s += given_up_s
+        watched_s = now_s - self._watched_from_s
+        if watched_s >= _WATCH_S:
+            done = 1.0 - self._lost_s / watched_s
+            if done < _KEEPS_UP:
+                self._say(f"this machine cannot keep up: runs at {done * self._speed:.1f} times real time")
+            self._lost_s, self._watched_from_s = 0.0, now_s
         return (now_s - self._start_s) * self._speed
 
     async def sleep_until(self, simulation_time_s: float) -> None:
         """Wait until the simulation is due at that time (s)."""
-        await asyncio.sleep(self._start_s + simulation_time_s / self._speed - self._loop.time())
+        await asyncio.sleep(self._start_s + simulation_time_s / self._speed - self._clock())
 
 
 class _Journal:

@@ -3,8 +3,10 @@
 from typing import Annotated
 
 import typer
+from rich.console import Console
 
 from companion import clock
+from companion.errors import InputError
 
 
 def sitl(
@@ -22,10 +24,18 @@ def sitl(
     Example: companion sitl --vehicle bebop2 --conditions realistic --speed 5
     """
     # imported here: the base install has no numba, and --help must not wait for it
-    from sitl.mavlink import open_vehicle
-    from sitl.server import px4_endpoints, serve
+    try:
+        from sitl.mavlink import open_vehicle
+        from sitl.server import px4_endpoints, serve
+        from sitl.simulation import TICK_S
+    except ModuleNotFoundError as error:
+        raise InputError(
+            f"the simulator needs {error.name}: install it with `pip install 'impromptu[sim]'`"
+        ) from error
 
     offboard, ground_station = px4_endpoints(system_id, host)
+    with Console(stderr=True).status("preparing the simulator; the first time takes half a minute"):
+        open_vehicle(vehicle, conditions).advance(TICK_S)  # compiles what is not yet
     flying = open_vehicle(
         vehicle, conditions, seed=seed, system_id=system_id, links=(offboard.link, ground_station.link)
     )
@@ -36,5 +46,5 @@ def sitl(
     )
     try:
         clock.run(serve(flying, (offboard, ground_station), speed=speed, say=typer.echo))
-    except KeyboardInterrupt:
+    except KeyboardInterrupt:  # the way to end it
         typer.echo("ended")

@@ -8,7 +8,7 @@ from pymavlink.dialects.v20 import common as mavlink
 from sitl.firmware.interface import Firmware, Severity
 from sitl.mavlink.frames import Message
 from sitl.mavlink.links import Streams
-from sitl.mavlink.telemetry import Report
+from sitl.mavlink.telemetry import Report, report
 
 COMPONENT_ID = mavlink.MAV_COMP_ID_AUTOPILOT1
 _TEXT_LENGTH = 50
@@ -37,7 +37,7 @@ class Session:
 
     def report(self) -> Report:
         """The vehicle's state now."""
-        return Report(self.firmware, self.time_s, self.system_id)
+        return report(self.firmware, self.system_id, self.time_s)
 
     def accepts(self, target_system: int, target_component: int) -> bool:
         """Whether a message to this target is meant for the vehicle; 0 is everyone."""

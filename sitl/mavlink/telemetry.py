@@ -7,11 +7,10 @@ the simulation.
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 
 from pymavlink.dialects.v20 import common as mavlink
 
-from sitl.firmware.interface import Estimate, Firmware, Landed
+from sitl.firmware.interface import Firmware, Landed
 from sitl.mavlink import modes
 from sitl.mavlink.frames import Message
 from sitl.mavlink.geodesy import HOME, Geodetic, geodetic_from_ned
@@ -25,83 +24,74 @@ _UNKNOWN_CELL_MV = 65535
 _PX4_VERSION = 1 << 24 | 16 << 16 | 0 << 8 | mavlink.FIRMWARE_VERSION_TYPE_OFFICIAL
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Report:
     """The firmware's state at one instant, in the plain numbers that messages are made of.
 
     Attributes:
         firmware: the autopilot that reports.
-        time_s: time since boot (s), of the simulation.
         system_id: MAVLink id of the vehicle.
+        time_s: time since boot (s), of the simulation.
+        position, velocity: NED (m, m/s).
+        quaternion: body to NED; w, x, y, z.
+        euler: roll, pitch, yaw (rad), z-y'-x'' from NED.
+        rates: body rates (rad/s).
     """
 
     firmware: Firmware
-    time_s: float
     system_id: int
+    time_s: float
+    position: _Three
+    velocity: _Three
+    quaternion: tuple[float, float, float, float]
+    euler: _Three
+    rates: _Three
 
-    @cached_property
+    @property
     def time_ms(self) -> int:
         """As time_boot_ms."""
         return round(self.time_s * 1e3)
 
-    @cached_property
+    @property
     def time_us(self) -> int:
         """As time_usec."""
         return round(self.time_s * 1e6)
 
-    @cached_property
-    def estimate(self) -> Estimate:
-        """What the firmware believes."""
-        return self.firmware.estimate
-
-    @cached_property
-    def position(self) -> _Three:
-        """NED (m)."""
-        north, east, down = self.estimate.position.tolist()
-        return north, east, down
-
-    @cached_property
-    def velocity(self) -> _Three:
-        """NED (m/s)."""
-        north, east, down = self.estimate.velocity.tolist()
-        return north, east, down
-
-    @cached_property
-    def quaternion(self) -> tuple[float, float, float, float]:
-        """Body to NED: w, x, y, z."""
-        w, x, y, z = self.estimate.attitude.tolist()
-        return w, x, y, z
-
-    @cached_property
-    def rates(self) -> _Three:
-        """Body rates (rad/s)."""
-        p, q, r = self.estimate.rates.tolist()
-        return p, q, r
-
-    @cached_property
-    def euler(self) -> _Three:
-        """Roll, pitch, yaw (rad), z-y'-x'' from NED."""
-        w, x, y, z = self.quaternion
-        return (
-            math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
-            math.asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x)))),
-            math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
-        )
-
-    @cached_property
+    @property
     def heading_deg(self) -> float:
         """Clockwise from north, 0 to 360."""
         return math.degrees(self.euler[2]) % 360.0
 
-    @cached_property
+    @property
     def place(self) -> Geodetic:
         """Where the estimate is on the map."""
         return geodetic_from_ned(*self.position)
 
 
-def heartbeat(report: Report) -> Message:
+def report(firmware: Firmware, system_id: int, time_s: float) -> Report:
+    """The state of `firmware` now."""
+    estimate = firmware.estimate
+    w, x, y, z = estimate.attitude.tolist()
+    euler = (
+        math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
+        math.asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x)))),
+        math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
+    )
+    return Report(
+        firmware,
+        system_id,
+        time_s,
+        position=tuple(estimate.position.tolist()),
+        velocity=tuple(estimate.velocity.tolist()),
+        quaternion=(w, x, y, z),
+        euler=euler,
+        rates=tuple(estimate.rates.tolist()),
+    )
+
+
+def heartbeat(state: Report) -> Message:
     """HEARTBEAT: mode, armed, failsafe."""
-    firmware = report.firmware
+    firmware = state.firmware
     if not firmware.armed:
         status = mavlink.MAV_STATE_STANDBY
     else:
@@ -127,7 +117,7 @@ _CAPABILITIES = (
 )
 
 
-def autopilot_version(report: Report) -> Message:
+def autopilot_version(state: Report) -> Message:
     """AUTOPILOT_VERSION: what this vehicle can do, and as which PX4 release it behaves."""
     return mavlink.MAVLink_autopilot_version_message(
         capabilities=_CAPABILITIES,
@@ -140,7 +130,7 @@ def autopilot_version(report: Report) -> Message:
         os_custom_version=[0] * 8,
         vendor_id=0,
         product_id=0,
-        uid=report.system_id,
+        uid=state.system_id,
     )
 
 
@@ -160,9 +150,9 @@ _ALWAYS_HEALTHY = (
 _PRESENT = _SENSORS | _GPS | _PREARM_CHECK | _ALWAYS_HEALTHY
 
 
-def sys_status(report: Report) -> Message:
+def sys_status(state: Report) -> Message:
     """SYS_STATUS: health of sensors, position and arming checks, and the battery."""
-    health, battery = report.firmware.health, report.firmware.battery
+    health, battery = state.firmware.health, state.firmware.battery
     healthy = (
         _ALWAYS_HEALTHY
         | (_SENSORS if health.sensors_ok else 0)
@@ -186,9 +176,9 @@ def sys_status(report: Report) -> Message:
     )
 
 
-def battery_status(report: Report) -> Message:
+def battery_status(state: Report) -> Message:
     """BATTERY_STATUS: the pack as one cell."""
-    battery = report.firmware.battery
+    battery = state.firmware.battery
     return mavlink.MAVLink_battery_status_message(
         id=0,
         battery_function=mavlink.MAV_BATTERY_FUNCTION_ALL,
@@ -203,31 +193,31 @@ def battery_status(report: Report) -> Message:
     )
 
 
-def attitude(report: Report) -> Message:
+def attitude(state: Report) -> Message:
     """ATTITUDE: roll, pitch, yaw and body rates."""
-    return mavlink.MAVLink_attitude_message(report.time_ms, *report.euler, *report.rates)
+    return mavlink.MAVLink_attitude_message(state.time_ms, *state.euler, *state.rates)
 
 
-def attitude_quaternion(report: Report) -> Message:
+def attitude_quaternion(state: Report) -> Message:
     """ATTITUDE_QUATERNION: body to NED, and body rates."""
-    return mavlink.MAVLink_attitude_quaternion_message(report.time_ms, *report.quaternion, *report.rates)
+    return mavlink.MAVLink_attitude_quaternion_message(state.time_ms, *state.quaternion, *state.rates)
 
 
-def local_position_ned(report: Report) -> Message:
+def local_position_ned(state: Report) -> Message:
     """LOCAL_POSITION_NED: position and velocity."""
-    return mavlink.MAVLink_local_position_ned_message(report.time_ms, *report.position, *report.velocity)
+    return mavlink.MAVLink_local_position_ned_message(state.time_ms, *state.position, *state.velocity)
 
 
-def odometry(report: Report) -> Message:
+def odometry(state: Report) -> Message:
     """ODOMETRY: pose and velocity in NED, as PX4's EKF2 gives them."""
     return mavlink.MAVLink_odometry_message(
-        report.time_us,
+        state.time_us,
         mavlink.MAV_FRAME_LOCAL_NED,
         mavlink.MAV_FRAME_LOCAL_NED,
-        *report.position,
-        report.quaternion,
-        *report.velocity,
-        *report.rates,
+        *state.position,
+        state.quaternion,
+        *state.velocity,
+        *state.rates,
         pose_covariance=_NO_COVARIANCE,
         velocity_covariance=_NO_COVARIANCE,
         reset_counter=0,
@@ -236,11 +226,11 @@ def odometry(report: Report) -> Message:
     )
 
 
-def global_position_int(report: Report) -> Message:
+def global_position_int(state: Report) -> Message:
     """GLOBAL_POSITION_INT: the estimate as latitude, longitude and altitudes."""
-    place, (north, east, down) = report.place, report.velocity
+    place, (north, east, down) = state.place, state.velocity
     return mavlink.MAVLink_global_position_int_message(
-        report.time_ms,
+        state.time_ms,
         round(place.latitude_deg * 1e7),
         round(place.longitude_deg * 1e7),
         round(place.altitude_m * 1e3),
@@ -248,15 +238,15 @@ def global_position_int(report: Report) -> Message:
         round(north * 1e2),
         round(east * 1e2),
         round(down * 1e2),
-        round(report.heading_deg * 1e2) % 36000,
+        round(state.heading_deg * 1e2) % 36000,
     )
 
 
-def gps_raw_int(report: Report) -> Message:
+def gps_raw_int(state: Report) -> Message:
     """GPS_RAW_INT: a receiver with a good 3-D fix at the estimated place."""
-    place, (north, east, _) = report.place, report.velocity
+    place, (north, east, _) = state.place, state.velocity
     return mavlink.MAVLink_gps_raw_int_message(
-        time_usec=report.time_us,
+        time_usec=state.time_us,
         fix_type=mavlink.GPS_FIX_TYPE_3D_FIX,
         lat=round(place.latitude_deg * 1e7),
         lon=round(place.longitude_deg * 1e7),
@@ -269,13 +259,13 @@ def gps_raw_int(report: Report) -> Message:
     )
 
 
-def altitude(report: Report) -> Message:
+def altitude(state: Report) -> Message:
     """ALTITUDE: above the sea and above home."""
-    above_home_m = -report.position[2]
+    above_home_m = -state.position[2]
     return mavlink.MAVLink_altitude_message(
-        time_usec=report.time_us,
-        altitude_monotonic=report.place.altitude_m,
-        altitude_amsl=report.place.altitude_m,
+        time_usec=state.time_us,
+        altitude_monotonic=state.place.altitude_m,
+        altitude_amsl=state.place.altitude_m,
         altitude_local=above_home_m,
         altitude_relative=above_home_m,
         altitude_terrain=_NAN,
@@ -283,21 +273,21 @@ def altitude(report: Report) -> Message:
     )
 
 
-def vfr_hud(report: Report) -> Message:
+def vfr_hud(state: Report) -> Message:
     """VFR_HUD: speed, heading and climb for displays."""
-    north, east, down = report.velocity
+    north, east, down = state.velocity
     speed = math.hypot(north, east)
     return mavlink.MAVLink_vfr_hud_message(
         airspeed=speed,
         groundspeed=speed,
-        heading=round(report.heading_deg) % 360,
+        heading=round(state.heading_deg) % 360,
         throttle=0,
-        alt=report.place.altitude_m,
+        alt=state.place.altitude_m,
         climb=-down,
     )
 
 
-def home_position(report: Report) -> Message:
+def home_position(state: Report) -> Message:
     """HOME_POSITION: where the vehicle started."""
     return mavlink.MAVLink_home_position_message(
         latitude=round(HOME.latitude_deg * 1e7),
@@ -310,17 +300,17 @@ def home_position(report: Report) -> Message:
         approach_x=0.0,
         approach_y=0.0,
         approach_z=0.0,
-        time_usec=report.time_us,
+        time_usec=state.time_us,
     )
 
 
-def gps_global_origin(report: Report) -> Message:
+def gps_global_origin(state: Report) -> Message:
     """GPS_GLOBAL_ORIGIN: where the local frame has its zero."""
     return mavlink.MAVLink_gps_global_origin_message(
         latitude=round(HOME.latitude_deg * 1e7),
         longitude=round(HOME.longitude_deg * 1e7),
         altitude=round(HOME.altitude_m * 1e3),
-        time_usec=report.time_us,
+        time_usec=state.time_us,
     )
 
 
@@ -332,16 +322,16 @@ _LANDED_STATES = {
 }
 
 
-def extended_sys_state(report: Report) -> Message:
+def extended_sys_state(state: Report) -> Message:
     """EXTENDED_SYS_STATE: on the ground or in the air."""
     return mavlink.MAVLink_extended_sys_state_message(
-        mavlink.MAV_VTOL_STATE_UNDEFINED, _LANDED_STATES[report.firmware.landed]
+        mavlink.MAV_VTOL_STATE_UNDEFINED, _LANDED_STATES[state.firmware.landed]
     )
 
 
-def position_target_local_ned(report: Report) -> Message:
+def position_target_local_ned(state: Report) -> Message:
     """POSITION_TARGET_LOCAL_NED: what the position controller follows; channels that are off are masked."""
-    setpoint = report.firmware.active_setpoint
+    setpoint = state.firmware.active_setpoint
     values = [
         *setpoint.position.tolist(),
         *setpoint.velocity.tolist(),
@@ -351,19 +341,19 @@ def position_target_local_ned(report: Report) -> Message:
     ]
     mask = sum(bit for bit, value in zip(IGNORE_BITS, values, strict=True) if not math.isfinite(value))
     return mavlink.MAVLink_position_target_local_ned_message(
-        report.time_ms, mavlink.MAV_FRAME_LOCAL_NED, mask, *values
+        state.time_ms, mavlink.MAV_FRAME_LOCAL_NED, mask, *values
     )
 
 
-def timesync_request(report: Report) -> Message:
+def timesync_request(state: Report) -> Message:
     """TIMESYNC: asks the peer for its time; ts1 comes back with the answer."""
-    return mavlink.MAVLink_timesync_message(tc1=0, ts1=round(report.time_s * 1e9))
+    return mavlink.MAVLink_timesync_message(tc1=0, ts1=round(state.time_s * 1e9))
 
 
-def ping_request(report: Report) -> Message:
+def ping_request(state: Report) -> Message:
     """PING: asks whoever hears it for an answer."""
     return mavlink.MAVLink_ping_message(
-        time_usec=report.time_us, seq=report.time_ms, target_system=0, target_component=0
+        time_usec=state.time_us, seq=state.time_ms, target_system=0, target_component=0
     )
 
 

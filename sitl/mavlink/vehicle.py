@@ -14,7 +14,7 @@ from sitl.mavlink.channel import Channel
 from sitl.mavlink.frames import Encoder, Message, decode
 from sitl.mavlink.links import OFFBOARD, Link, Streams
 from sitl.mavlink.session import Session
-from sitl.mavlink.telemetry import WRITERS, Report
+from sitl.mavlink.telemetry import WRITERS, report
 from sitl.simulation import TICK_S, Simulation
 from sitl.vehicle import load_vehicle
 
@@ -111,15 +111,16 @@ class MavlinkVehicle:
 
     def _tell(self) -> None:
         """Send on every link what is due."""
-        report = Report(self.simulation.firmware, self.simulation.time_s, self.system_id)
-        texts = self.simulation.firmware.take_status_texts()
+        firmware, now_s = self.simulation.firmware, self.simulation.time_s
+        state = report(firmware, self.system_id, now_s)
+        texts = firmware.take_status_texts()
         self.status_texts.extend(texts)
         for session in self._sessions.values():
-            session.time_s = report.time_s
+            session.time_s = now_s
             for text in texts:
                 session.say(text.severity, text.text)
-            for message_id in session.streams.take_due(report.time_us):
-                session.send(WRITERS[message_id](report))
+            for message_id in session.streams.take_due(state.time_us):
+                session.send(WRITERS[message_id](state))
 
 
 def open_vehicle(

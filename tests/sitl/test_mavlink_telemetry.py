@@ -10,13 +10,13 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from sitl.firmware.interface import Battery, Health, Landed, Mode, Setpoint
 from sitl.mavlink.geodesy import HOME, geodetic_from_ned, ned_from_geodetic
-from sitl.mavlink.telemetry import WRITERS, Report
+from sitl.mavlink.telemetry import WRITERS, report
 
 
 def written(name: str, firmware: FakeFirmware | None = None, time_s: float = 12.345) -> dict[str, Any]:
     """The fields of a message after its way over the wire."""
-    report = Report(firmware or FakeFirmware(), time_s, system_id=1)
-    message = WRITERS[getattr(mavlink, f"MAVLINK_MSG_ID_{name}")](report)
+    state = report(firmware or FakeFirmware(), 1, time_s)
+    message = WRITERS[getattr(mavlink, f"MAVLINK_MSG_ID_{name}")](state)
     (received,) = mavlink.MAVLink(None).parse_buffer(message.pack(mavlink.MAVLink(None, 1, 1))) or []
     assert received.get_type() == name
     return {field: getattr(received, field) for field in received.get_fieldnames()}
@@ -36,8 +36,7 @@ def quaternion(roll: float, pitch: float, yaw: float) -> np.ndarray:
 
 @pytest.mark.parametrize("message_id", sorted(WRITERS))
 def test_every_writer_writes_its_own_message(message_id: int) -> None:
-    report = Report(FakeFirmware(), 1.0, system_id=1)
-    assert WRITERS[message_id](report).get_msgId() == message_id
+    assert WRITERS[message_id](report(FakeFirmware(), 1, 1.0)).get_msgId() == message_id
 
 
 def test_local_position_is_ned_in_metres() -> None:
