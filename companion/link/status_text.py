@@ -33,8 +33,7 @@ class StatusTexts:
     def __init__(self) -> None:
         self._lines: deque[StatusText] = deque(maxlen=_KEPT)
         self._handlers: tuple[Callable[[StatusText], None], ...] = ()
-        self._chunks: list[str] = []
-        self._chunks_id = 0
+        self._chunks: list[mavlink.MAVLink_statustext_message] = []
 
     def __iter__(self) -> Iterator[StatusText]:
         return iter(tuple(self._lines))
@@ -50,24 +49,31 @@ class StatusTexts:
 
     def warnings_since(self, time_s: float) -> list[str]:
         """The lines since `time_s` (companion clock, s) that were no mere information; each once."""
-        return list(
-            dict.fromkeys(
-                line.text
-                for line in self._lines
-                if line.received_s >= time_s and line.severity <= mavlink.MAV_SEVERITY_WARNING
-            )
-        )
+        self._finish()
+        warnings = (line for line in self._lines if line.severity <= mavlink.MAV_SEVERITY_WARNING)
+        return list(dict.fromkeys(line.text for line in warnings if line.received_s >= time_s))
 
     def add(self, message: mavlink.MAVLink_statustext_message) -> None:
-        """Take one message; a text of several chunks is complete with its last."""
-        if message.id != self._chunks_id or message.chunk_seq == 0:
-            self._chunks = []
-        self._chunks_id = message.id
-        self._chunks.append(message.text)
-        if message.id != 0 and len(message.text) == _LONGEST_CHUNK:
+        """Take one message: a chunk of a text, or all of it."""
+        if self._chunks and message.id != self._chunks[0].id:
+            self._finish()
+        self._chunks.append(message)
+        if message.id == 0 or len(message.text) < _LONGEST_CHUNK:
+            self._finish()
+
+    def _finish(self) -> None:
+        """Make a line of the chunks that came; gaps show where some were lost."""
+        if not self._chunks:
             return
-        line = StatusText(clock.now(), message.severity, "".join(self._chunks))
-        self._chunks = []
+        text, expected = "", 0
+        for chunk in self._chunks:
+            text += ("" if chunk.chunk_seq == expected else "…") + chunk.text
+            expected = chunk.chunk_seq + 1
+        last = self._chunks[-1]
+        if last.id != 0 and len(last.text) == _LONGEST_CHUNK:
+            text += "…"
+        self._chunks.clear()
+        line = StatusText(clock.now(), last.severity, text)
         self._lines.append(line)
         for handler in self._handlers:
             handler(line)

@@ -1,7 +1,7 @@
 """UDP: listen for a vehicle, or send to one."""
 
 import asyncio
-from typing import Any
+from typing import Any, cast
 
 from companion.errors import LinkError
 from companion.link.address import UdpIn, UdpOut
@@ -62,8 +62,7 @@ class UdpTransport(asyncio.DatagramProtocol):
         await self._closed
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:  # noqa: D102
-        assert isinstance(transport, asyncio.DatagramTransport)
-        self._socket = transport
+        self._socket = cast(asyncio.DatagramTransport, transport)
 
     def datagram_received(self, data: bytes, addr: Any) -> None:  # noqa: D102
         self._sender = addr
