@@ -125,8 +125,11 @@ def _enter(mode: Mode) -> Callable[[Session, Command], int]:
 
 
 def _local(command: Command) -> tuple[float, float, float] | None:
-    """The command's place in NED (m from home); None when its frame is not geodetic."""
-    north, east, down = ned_from_geodetic(command.place)
+    """The command's place in NED (m from home); None when it is none on earth, or its frame not geodetic."""
+    place = command.place
+    if abs(place.latitude_deg) > 90.0 or abs(place.longitude_deg) > 180.0 or abs(place.altitude_m) > 1e5:
+        return None
+    north, east, down = ned_from_geodetic(place)
     if command.frame in _ABOVE_SEA:
         return north, east, down
     if command.frame in _ABOVE_HOME:
@@ -139,7 +142,7 @@ def _take_off(session: Session, command: Command) -> int:
     local = _local(command)
     if local is None:
         return mavlink.MAV_RESULT_DENIED
-    if not math.isfinite(command.place.altitude_m):
+    if math.isnan(command.place.altitude_m):
         return _RESULTS[session.firmware.takeoff()]
     climb_m = float(session.firmware.estimate.position[2]) - local[2]
     return _RESULTS[session.firmware.takeoff(climb_m)]
@@ -151,9 +154,8 @@ def _reposition(session: Session, command: Command) -> int:
         return mavlink.MAV_RESULT_DENIED
     if _whole(command.params[1]) != mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE:
         return mavlink.MAV_RESULT_UNSUPPORTED  # PX4 takes no other flags, and none without this one
-    position = np.array([value if math.isfinite(value) else math.nan for value in local])
     yaw = command.params[3]
-    return _RESULTS[session.firmware.reposition(position, yaw if math.isfinite(yaw) else math.nan)]
+    return _RESULTS[session.firmware.reposition(np.array(local), yaw if math.isfinite(yaw) else math.nan)]
 
 
 def _send_once(session: Session, message_id: int) -> int:

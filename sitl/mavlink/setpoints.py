@@ -25,6 +25,7 @@ IGNORE_BITS = (
 """The mask bit of x, y, z, vx, vy, vz, afx, afy, afz, yaw, yaw_rate."""
 
 _OFF = math.nan
+_ABSURD = 1e9
 
 
 class SetpointRefusedError(Exception):
@@ -36,8 +37,8 @@ def read_setpoint(
 ) -> Setpoint:
     """The setpoint in a message; `attitude` (body to NED) turns those in MAV_FRAME_BODY_NED.
 
-    A masked or non-finite axis is off. In the body frame velocity and acceleration count only with all
-    three axes, and there is no position.
+    An axis is off when it is masked, not finite or absurd (beyond 1e9). In the body frame velocity and
+    acceleration count only with all three axes, and there is no position.
 
     Raises:
         SetpointRefusedError: another frame, a force, or nothing but yaw.
@@ -51,7 +52,7 @@ def read_setpoint(
     )
     values = np.array(
         [
-            value if math.isfinite(value) and not message.type_mask & bit else _OFF
+            value if abs(value) < _ABSURD and not message.type_mask & bit else _OFF
             for bit, value in zip(IGNORE_BITS, fields, strict=True)
         ]
     )

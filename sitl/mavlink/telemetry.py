@@ -18,6 +18,8 @@ from sitl.mavlink.setpoints import IGNORE_BITS
 
 _Three = tuple[float, float, float]
 
+_INT8, _INT16, _INT32 = (-(2**7), 2**7 - 1), (-(2**15), 2**15 - 1), (-(2**31), 2**31 - 1)
+_UINT16 = (0, 2**16 - 1)
 _NAN = math.nan
 _NO_COVARIANCE = [_NAN] * 21
 _UNKNOWN_CELL_MV = 65535
@@ -87,6 +89,11 @@ def report(firmware: Firmware, system_id: int, time_s: float) -> Report:
         euler=euler,
         rates=tuple(estimate.rates.tolist()),
     )
+
+
+def _limited(value: float, limits: tuple[int, int]) -> int:
+    """The nearest whole number within the limits of its field; 0 for NaN, which no integer can tell."""
+    return 0 if math.isnan(value) else round(min(max(value, limits[0]), limits[1]))
 
 
 def heartbeat(state: Report) -> Message:
@@ -164,9 +171,9 @@ def sys_status(state: Report) -> Message:
         onboard_control_sensors_enabled=_PRESENT,
         onboard_control_sensors_health=healthy,
         load=0,
-        voltage_battery=round(battery.voltage_v * 1e3),
-        current_battery=round(battery.current_a * 1e2),
-        battery_remaining=round(battery.remaining * 1e2),
+        voltage_battery=_limited(battery.voltage_v * 1e3, _UINT16),
+        current_battery=_limited(battery.current_a * 1e2, _INT16),
+        battery_remaining=_limited(battery.remaining * 1e2, _INT8),
         drop_rate_comm=0,
         errors_comm=0,
         errors_count1=0,
@@ -184,11 +191,11 @@ def battery_status(state: Report) -> Message:
         battery_function=mavlink.MAV_BATTERY_FUNCTION_ALL,
         type=mavlink.MAV_BATTERY_TYPE_LIPO,
         temperature=32767,  # unknown
-        voltages=[round(battery.voltage_v * 1e3)] + [_UNKNOWN_CELL_MV] * 9,
-        current_battery=round(battery.current_a * 1e2),
+        voltages=[_limited(battery.voltage_v * 1e3, _UINT16)] + [_UNKNOWN_CELL_MV] * 9,
+        current_battery=_limited(battery.current_a * 1e2, _INT16),
         current_consumed=-1,
         energy_consumed=-1,
-        battery_remaining=round(battery.remaining * 1e2),
+        battery_remaining=_limited(battery.remaining * 1e2, _INT8),
         charge_state=mavlink.MAV_BATTERY_CHARGE_STATE_OK,
     )
 
@@ -231,14 +238,14 @@ def global_position_int(state: Report) -> Message:
     place, (north, east, down) = state.place, state.velocity
     return mavlink.MAVLink_global_position_int_message(
         state.time_ms,
-        round(place.latitude_deg * 1e7),
-        round(place.longitude_deg * 1e7),
-        round(place.altitude_m * 1e3),
-        round((place.altitude_m - HOME.altitude_m) * 1e3),
-        round(north * 1e2),
-        round(east * 1e2),
-        round(down * 1e2),
-        round(state.heading_deg * 1e2) % 36000,
+        _limited(place.latitude_deg * 1e7, _INT32),
+        _limited(place.longitude_deg * 1e7, _INT32),
+        _limited(place.altitude_m * 1e3, _INT32),
+        _limited((place.altitude_m - HOME.altitude_m) * 1e3, _INT32),
+        _limited(north * 1e2, _INT16),
+        _limited(east * 1e2, _INT16),
+        _limited(down * 1e2, _INT16),
+        _limited(state.heading_deg * 1e2, _UINT16) % 36000,
     )
 
 
@@ -248,13 +255,13 @@ def gps_raw_int(state: Report) -> Message:
     return mavlink.MAVLink_gps_raw_int_message(
         time_usec=state.time_us,
         fix_type=mavlink.GPS_FIX_TYPE_3D_FIX,
-        lat=round(place.latitude_deg * 1e7),
-        lon=round(place.longitude_deg * 1e7),
-        alt=round(place.altitude_m * 1e3),
+        lat=_limited(place.latitude_deg * 1e7, _INT32),
+        lon=_limited(place.longitude_deg * 1e7, _INT32),
+        alt=_limited(place.altitude_m * 1e3, _INT32),
         eph=80,
         epv=90,
-        vel=round(math.hypot(north, east) * 1e2),
-        cog=round(math.degrees(math.atan2(east, north)) % 360.0 * 1e2) % 36000,
+        vel=_limited(math.hypot(north, east) * 1e2, _UINT16),
+        cog=_limited(math.degrees(math.atan2(east, north)) % 360.0 * 1e2, _UINT16) % 36000,
         satellites_visible=12,
     )
 
@@ -280,7 +287,7 @@ def vfr_hud(state: Report) -> Message:
     return mavlink.MAVLink_vfr_hud_message(
         airspeed=speed,
         groundspeed=speed,
-        heading=round(state.heading_deg) % 360,
+        heading=_limited(state.heading_deg, _INT16) % 360,
         throttle=0,
         alt=state.place.altitude_m,
         climb=-down,

@@ -52,10 +52,10 @@ def test_each_mask_bit_switches_one_axis_off(mask: int, expected: list[float]) -
 
 
 def test_values_that_are_not_finite_are_off() -> None:
-    values = (1.0, math.nan, 3.0, math.inf, *VALUES[4:9], math.nan, -math.inf)
+    values = (1.0, math.nan, 3.0, math.inf, 5.0, -3e38, *VALUES[6:9], math.nan, -math.inf)
     setpoint = read_setpoint(message(0, values=values), LEVEL)
     np.testing.assert_array_equal(setpoint.position, [1.0, OFF, 3.0])
-    np.testing.assert_array_equal(setpoint.velocity, [OFF, 5.0, 6.0])
+    np.testing.assert_array_equal(setpoint.velocity, [OFF, 5.0, OFF])
     assert math.isnan(setpoint.yaw)
     assert math.isnan(setpoint.yaw_rate)
 

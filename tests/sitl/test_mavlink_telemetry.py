@@ -140,3 +140,12 @@ def test_position_target_masks_what_is_off() -> None:
     fields = written("POSITION_TARGET_LOCAL_NED", firmware)
     assert fields["type_mask"] == 0b1001_1111_1000 & ~0b10_0000_0000
     assert (fields["x"], fields["yaw"]) == (1.0, 0.5)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e30])
+@pytest.mark.parametrize("message_id", sorted(WRITERS))
+def test_a_state_beyond_all_bounds_can_still_be_told(message_id: int, value: float) -> None:
+    lost = FakeFirmware(
+        position=np.full(3, value), velocity=np.full(3, value), battery=Battery(value, value, value)
+    )
+    WRITERS[message_id](report(lost, 1, 1.0)).pack(mavlink.MAVLink(None, 1, 1))
