@@ -1,23 +1,33 @@
 """Gradient descent on the weights of a network, with torch: the one module that imports it."""
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import pairwise
 
-import numpy as np
 import torch
 from jaxtyping import Float
 from torch import nn
+from torch.optim.swa_utils import AveragedModel
 
 from companion.learning.inverse_network import Array32, Layer
 
 BATCH = 256
-MOST_EPOCHS = 200
 LEARNING_RATE = 1e-3
-PATIENCE = 8
-"""Epochs without a better held-out error after which the learning rate is halved."""
-SMALLEST_RATE = 3e-5
-"""Learning rate below which training stops."""
+WEIGHT_DECAY = 1.0
+"""Of AdamW. Neighbouring samples of a smooth flight are alike and its inputs nearly collinear.
+
+A network that is free to leans on their small differences, and in the loop that throws the vehicle.
+"""
+MEMORY = 500
+"""Steps over whose weights the mean is taken: weights that fit equally well may fly differently."""
+CHECK_EVERY = 100
+"""Steps between two looks at the held-out error."""
+PATIENCE = 15
+"""Looks without a lower held-out error after which training stops."""
+LEAST_GAIN = 0.005
+"""Share by which the held-out mean square has to fall to count as lower."""
+MOST_STEPS = 20_000
 
 
 def descend(
@@ -28,35 +38,41 @@ def descend(
     seed: int,
     progress: Callable[[int, float], None] | None = None,
 ) -> tuple[Layer, ...]:
-    """Layers of the network that fits standardised samples best in the mean square, by Adam.
+    """Layers of the network that fits standardised samples in the mean square, and stays calm in the loop.
 
-    The learning rate falls when the held-out error no longer does, and training stops when the rate is small;
-    the weights of the lowest held-out error are kept. Deterministic: same samples and seed, same bits.
+    Adam with decoupled weight decay (Loshchilov and Hutter 2019) on random batches; the network is the moving
+    mean of the weights (Polyak and Juditsky 1992), taken where its held-out error was lowest, and training
+    stops when that no longer falls. Same samples and seed, same bits.
     """
     x, y = (torch.from_numpy(part) for part in training)
     held_out_x, held_out_y = (torch.from_numpy(part) for part in held_out)
     with _reproducible(seed):
         network = _network((x.shape[1], *hidden_layers, y.shape[1]))
-        optimiser = torch.optim.Adam(network.parameters(), lr=LEARNING_RATE)
-        schedule = torch.optim.lr_scheduler.ReduceLROnPlateau(
-            optimiser, factor=0.5, patience=PATIENCE, threshold=1e-3
-        )
-        best, layers = np.inf, _layers(network)
-        for epoch in range(1, MOST_EPOCHS + 1):
-            for batch in torch.split(torch.randperm(len(x)), BATCH):
-                optimiser.zero_grad()
-                nn.functional.mse_loss(network(x[batch]), y[batch]).backward()  # type: ignore[no-untyped-call]
-                optimiser.step()
+        averaged = AveragedModel(network, avg_fn=_moving_mean)
+        optimiser = torch.optim.AdamW(network.parameters(), lr=LEARNING_RATE, weight_decay=WEIGHT_DECAY)
+        best, best_step, layers = math.inf, 0, _layers(network)
+        for step in range(1, MOST_STEPS + 1):
+            batch = torch.randint(len(x), (BATCH,))
+            optimiser.zero_grad()
+            nn.functional.mse_loss(network(x[batch]), y[batch]).backward()  # type: ignore[no-untyped-call]
+            optimiser.step()
+            averaged.update_parameters(network)
+            if step % CHECK_EVERY:
+                continue
             with torch.no_grad():
-                error = float(nn.functional.mse_loss(network(held_out_x), held_out_y))
-            if error < best:
-                best, layers = error, _layers(network)
+                error = float(nn.functional.mse_loss(averaged(held_out_x), held_out_y))
             if progress is not None:
-                progress(epoch, error**0.5)
-            schedule.step(error)
-            if schedule.get_last_lr()[0] < SMALLEST_RATE:
+                progress(step, math.sqrt(error))
+            if error < (1.0 - LEAST_GAIN) * best:
+                best, best_step, layers = error, step, _layers(averaged.module)
+            elif step - best_step >= PATIENCE * CHECK_EVERY:
                 break
     return layers
+
+
+def _moving_mean(mean: torch.Tensor, newest: torch.Tensor, steps: torch.Tensor | int) -> torch.Tensor:
+    """The mean over about the newest tenth of all steps, and at most over `MEMORY` of them."""
+    return mean + (newest - mean) / min(1.0 + int(steps) / 10.0, MEMORY)
 
 
 @contextmanager
@@ -79,9 +95,9 @@ def _network(widths: Sequence[int]) -> nn.Sequential:
     return nn.Sequential(*modules[:-1])
 
 
-def _layers(network: nn.Sequential) -> tuple[Layer, ...]:
+def _layers(network: nn.Module) -> tuple[Layer, ...]:
     return tuple(
         Layer(module.weight.detach().numpy().T.copy(), module.bias.detach().numpy().copy())
-        for module in network
+        for module in network.modules()
         if isinstance(module, nn.Linear)
     )

@@ -34,7 +34,7 @@ HELD_OUT_SHARE = 0.15
 """Of the flight: its last part."""
 
 Progress: TypeAlias = Callable[[int, float], None]
-"""Called after every epoch with its number (from 1) and the held-out error (standardised, RMS)."""
+"""Called now and then with the number of steps done and the held-out error (standardised, RMS)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,8 +95,7 @@ def train(
     """Fit a network of rectified linear units to samples in the order of time; deterministic, on one core.
 
     The last part of the flight is held out, in one piece: neighbours in time are nearly copies of each other,
-    and a shuffled split would measure memory. Training stops when the error there no longer falls, and
-    the weights of its lowest point are kept.
+    and a shuffled split would measure memory. The weights of the lowest error there are kept.
 
     Raises:
         InputError: torch is missing.

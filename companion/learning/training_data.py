@@ -12,7 +12,7 @@ from jaxtyping import Float, Int
 from companion.arrays import Array, Times, Vec3s
 from companion.errors import InputError
 from companion.learning.features import Preview, inverse_inputs, inverse_outputs, state_vector
-from companion.recording.series import Recording, ReferenceSeries, StateSeries
+from companion.recording.series import Recording, ReferenceSeries
 
 Indices: TypeAlias = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
 
@@ -42,7 +42,8 @@ def training_pairs(
     chosen = _thinned(sent.time_s, sample_time_s)
     chosen = chosen[continues_s[chosen] >= preview.longest_s]
     time_s = sent.time_s[chosen]
-    x = _interpolated(time_s, states.time_s, _state_vectors(states))
+    flown = state_vector(states.position, states.velocity, states.attitude, states.rates)
+    x = _interpolated(time_s, states.time_s, flown)
     inputs = inverse_inputs(
         x,
         _ahead(time_s, preview.position_s, states.time_s, states.position),
@@ -96,10 +97,6 @@ def _thinned(time_s: Times, sample_time_s: float) -> Int[Indices, " k"]:
     """Indices of instants that are `sample_time_s` apart, or farther where there are none."""
     number = np.round((time_s - time_s[:1]) / sample_time_s)
     return np.unique(number, return_index=True)[1]
-
-
-def _state_vectors(states: StateSeries) -> Float[Array, "n 12"]:
-    return state_vector(states.position, states.velocity, states.attitude, states.rates)
 
 
 def _ahead(time_s: Times, lead_s: tuple[float, float, float], known_s: Times, values: Vec3s) -> Vec3s:

@@ -3,7 +3,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from lagging_vehicle import STEP_S, acceleration, flight, sinusoids
+from lagging_vehicle import STEP_S, LaggingVehicle, flight, sinusoids
 
 from companion.arrays import Array
 from companion.errors import InputError
@@ -14,6 +14,7 @@ from companion.learning.training_data import constant_lag, training_pairs
 from companion.recording.series import Recording
 
 PREVIEW = Preview.of_time(0.3)
+NOISE = 0.2
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +54,7 @@ def test_each_axis_has_its_own_preview(recording: Recording) -> None:
     inputs, _ = training_pairs(recording, preview, STEP_S)
     states, k = recording.states, np.arange(len(inputs))
     for axis, (position, velocity) in enumerate([(5, 0), (10, 5), (15, 10)]):
-        moved = states.position[k + position, axis] - states.position[k, axis]
+        moved: Array = states.position[k + position, axis] - states.position[k, axis]
         np.testing.assert_allclose(inputs[:, axis], moved, atol=1e-9)
         sped = states.velocity[k + velocity, axis] - states.velocity[k, axis]
         np.testing.assert_allclose(inputs[:, 3 + axis], sped, atol=1e-9)
@@ -120,47 +121,45 @@ def test_the_lag_is_found(recording: Recording) -> None:
     assert constant_lag(replace(recording, states=states)) == pytest.approx(0.42, abs=0.006)
 
 
-def linear_problem(seed: int) -> tuple[Array, Array, Array]:
+def linear_problem(seed: int) -> tuple[Array, Array]:
+    """Samples of a linear map, its outputs (of unit size) with noise."""
     rng = np.random.default_rng(seed)
-    matrix = rng.normal(size=(12, 6)) / 3.0
     inputs = rng.normal(size=(2000, 12))
-    return inputs, inputs @ matrix, matrix
+    outputs = inputs @ rng.normal(scale=12**-0.5, size=(12, 6))
+    return inputs, outputs + rng.normal(scale=NOISE, size=outputs.shape)
 
 
-def small_fit(seed: int) -> tuple[Fit, Array]:
-    inputs, outputs, _ = linear_problem(0)
-    fit = train(inputs, outputs, seed=seed, hidden_layers=(32, 32))
-    return fit, outputs
+def small_fit(seed: int) -> Fit:
+    return train(*linear_problem(0), seed=seed, hidden_layers=(64,))
 
 
 def test_a_linear_map_is_recovered() -> None:
-    fit, outputs = small_fit(seed=0)
-    assert (fit.held_out_rms < 0.1 * outputs.std(axis=0)).all()
+    assert (small_fit(seed=0).held_out_rms < 1.5 * NOISE).all()
 
 
 def test_the_same_seed_gives_the_same_bits_and_another_agrees() -> None:
-    (first, outputs), (second, _), (other, _) = small_fit(0), small_fit(0), small_fit(1)
+    first, second, other = small_fit(0), small_fit(0), small_fit(1)
     for one, two in zip(first.layers, second.layers, strict=True):
         np.testing.assert_array_equal(one.weight, two.weight)
         np.testing.assert_array_equal(one.bias, two.bias)
     assert not np.array_equal(first.layers[0].weight, other.layers[0].weight)
-    np.testing.assert_allclose(first.held_out_rms, other.held_out_rms, atol=0.05 * outputs.std())
+    np.testing.assert_allclose(first.held_out_rms, other.held_out_rms, rtol=0.1)
 
 
-def test_progress_is_told_after_every_epoch() -> None:
-    inputs, outputs, _ = linear_problem(1)
+def test_progress_is_told_as_training_goes_on() -> None:
+    inputs, outputs = linear_problem(1)
     told: list[tuple[int, float]] = []
     train(
-        inputs, outputs, seed=0, hidden_layers=(8,), progress=lambda epoch, error: told.append((epoch, error))
+        inputs, outputs, seed=0, hidden_layers=(8,), progress=lambda steps, error: told.append((steps, error))
     )
-    assert [epoch for epoch, _ in told] == list(range(1, len(told) + 1))
+    assert [steps for steps, _ in told] == sorted({steps for steps, _ in told})
     assert told[-1][1] < told[0][1]
 
 
 def test_without_torch_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "torch", None)
     monkeypatch.delitem(sys.modules, "companion.learning.descent", raising=False)
-    inputs, outputs, _ = linear_problem(0)
+    inputs, outputs = linear_problem(0)
     with pytest.raises(InputError, match=r"impromptu\[train\]"):
         train(inputs, outputs, seed=0)
 
@@ -178,22 +177,17 @@ def rms_error(network: InverseNetwork | None) -> float:
     time_s = np.arange(0.0, 20.0, STEP_S)
     desired, desired_velocity = sinusoids(time_s, seed=9)
     ahead, ahead_velocity = sinusoids(time_s + PREVIEW.longest_s, seed=9)
-    position, velocity, pushed = desired[0].copy(), desired_velocity[0].copy(), np.zeros(3)
-    before = np.zeros(3)
+    vehicle = LaggingVehicle(desired[0], desired_velocity[0])
     errors = []
-    for k in range(len(time_s)):
-        attitude = np.array([pushed[1], -pushed[0], 0.0]) / 9.81
+    for k in range(len(time_s) - 1):
         u, u_velocity = desired[k], desired_velocity[k]
         if network is not None:
-            x = state_vector(position, velocity, attitude, (attitude - before) / STEP_S)
+            x = state_vector(vehicle.position, vehicle.velocity, vehicle.attitude(0.0), vehicle.rates(0.0))
             u, u_velocity = reference(x, network(inverse_inputs(x, ahead[k], ahead_velocity[k])))
-        before = attitude
-        pushed = acceleration(position, velocity, u, u_velocity)
-        velocity = velocity + STEP_S * pushed
-        position = position + STEP_S * velocity
-        errors.append(position - desired[min(k + 1, len(time_s) - 1)])
+        vehicle.step(u, u_velocity)
+        errors.append(vehicle.position - desired[k + 1])
     return float(np.sqrt(np.mean(np.sum(np.square(errors), axis=1))))
 
 
 def test_a_trained_network_tracks_what_it_never_saw(network: InverseNetwork) -> None:
-    assert rms_error(network) < 0.5 * rms_error(None)
+    assert rms_error(network) < 0.4 * rms_error(None)
