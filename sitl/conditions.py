@@ -24,7 +24,7 @@ class _ErrorProcess(_Section):
     correlation_time_s: float = Field(0.0, ge=0.0)
     """First-order Gauss-Markov; 0 is white."""
     rate_hz: float = Field(100.0, ge=1.0, le=1000.0)
-    """How often a new error is drawn; it is held in between."""
+    """How often a new error is drawn, to whole milliseconds; it is held in between."""
 
 
 class PositionError(_ErrorProcess):

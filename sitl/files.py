@@ -13,6 +13,15 @@ ModelT = TypeVar("ModelT", bound=BaseModel)
 _SUFFIXES = (".yaml", ".yml")
 
 
+class KeyFaultError(ValueError):
+    """What a model's validator raises about one of its keys after comparing several."""
+
+    def __init__(self, key: str, reason: str) -> None:
+        super().__init__(f"{key}: {reason}")
+        self.key = key
+        self.reason = reason
+
+
 def config_directory() -> Path:
     """`config/` inside the installed package, or the repository's when run from its tree."""
     package = Path(__file__).parent
@@ -54,9 +63,22 @@ def load(model: type[ModelT], kind: str, name_or_path: str | Path) -> ModelT:
         raise ConfigError(path, *_first_fault(error)) from None
 
 
+class _Loader(yaml.SafeLoader):
+    """Plain YAML in which a key may not be given twice."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        keys = [str(key.value) for key, _ in node.value]
+        for key in keys:
+            if keys.count(key) > 1:
+                raise KeyFaultError(key, "given twice")
+        return super().construct_mapping(node, deep)
+
+
 def _mapping(path: Path) -> dict[str, Any]:
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        content = yaml.load(path.read_text(encoding="utf-8"), _Loader)
+    except KeyFaultError as fault:
+        raise ConfigError(path, fault.key, fault.reason) from None
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         raise ConfigError(path, "", f"not readable as YAML: {' '.join(str(error).split())}") from None
     except OSError as error:
@@ -69,10 +91,12 @@ def _mapping(path: Path) -> dict[str, Any]:
 def _first_fault(error: ValidationError) -> tuple[str, str]:
     """Dotted key and reason of the first complaint; a value that was given is quoted."""
     fault = error.errors(include_url=False)[0]
+    cause = fault.get("ctx", {}).get("error")
+    if isinstance(cause, KeyFaultError):
+        return ".".join((*map(str, fault["loc"]), cause.key)), cause.reason
     key = ".".join(str(part) for part in fault["loc"])
     if fault["type"] == "extra_forbidden":
         return key, "unknown key; see docs for the keys that exist"
     if fault["type"] == "missing":
         return key, "missing; this value has no default"
-    reason = fault["msg"].removeprefix("Value error, ")
-    return key, reason if isinstance(fault["input"], dict) else f"{reason} (got {fault['input']!r})"
+    return key, f"{fault['msg']} (got {fault['input']!r})"

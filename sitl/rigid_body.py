@@ -167,6 +167,9 @@ def advance(frame: Airframe, body: Body, commanded_speed: Float[Array, " n"], wi
     x = body.motion
     k = np.empty((4, 13))
     derivative(frame, x, effort, wind, k[0])
+    if x[2] >= 0.0 and k[0, 5] >= 0.0:
+        rest_on_ground(x, dt)
+        return
     derivative(frame, x + 0.5 * dt * k[0], effort, wind, k[1])
     derivative(frame, x + 0.5 * dt * k[1], effort, wind, k[2])
     derivative(frame, x + dt * k[2], effort, wind, k[3])

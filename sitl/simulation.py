@@ -65,7 +65,7 @@ class Simulation:
             wind(conditions.wind, self._wind_rng),
         )
         self._estimator = estimator(conditions.estimator, self._plant.body.motion, self._estimator_rng)
-        self._autopilot = Px4(vehicle, self._estimator, self._plant.pack)
+        self._autopilot = Px4(vehicle, self._estimator, self._plant.pack, TICK_S)
 
     @property
     def firmware(self) -> Firmware:
@@ -93,7 +93,8 @@ class Simulation:
 
     def _tick(self) -> None:
         autopilot = self._autopilot
-        autopilot.update(self.time_s, TICK_S)
+        first_step = self._ticks * STEPS_PER_TICK
+        autopilot.update((first_step + STEPS_PER_TICK) / STEPS_PER_S)
         fly_tick(
             self._plant,
             self._estimator,
@@ -101,7 +102,7 @@ class Simulation:
             autopilot.attitude_setpoint,
             autopilot.armed,
             autopilot.on_ground,
-            self._ticks * STEPS_PER_TICK,
+            first_step,
             self._wind_rng.standard_normal(5),
             self._estimator_rng.standard_normal((STEPS_PER_TICK, 12)),
         )

@@ -4,9 +4,13 @@ import math
 from pathlib import Path
 from typing import Annotated, Literal
 
+import numpy as np
+from jaxtyping import Float
 from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, model_validator
 
 from sitl import files
+from sitl.arrays import Array
+from sitl.files import KeyFaultError
 from sitl.firmware.px4_parameters import Px4Parameters
 
 GRAVITY_M_S2 = 9.80665
@@ -77,6 +81,12 @@ class BatteryPack(_Section):
     drive_efficiency: float = Field(0.6, gt=0.0, le=1.0)
     """Shaft power over electric power."""
 
+    @model_validator(mode="after")
+    def _empties(self) -> "BatteryPack":
+        if self.empty_voltage_v >= self.full_voltage_v:
+            raise KeyFaultError("empty_voltage_v", "must be below full_voltage_v")
+        return self
+
 
 class Vehicle(_Section):
     """One file of `config/vehicles/`. Required: mass, inertia, rotor layout and coefficients."""
@@ -97,18 +107,23 @@ class Vehicle(_Section):
     def _can_fly(self) -> "Vehicle":
         x, y, z = sorted(self.inertia_kg_m2)
         if z > (x + y) * 1.001:
-            raise ValueError("inertia_kg_m2: no rigid body has one moment larger than the sum of the others")
+            raise KeyFaultError("inertia_kg_m2", "no rigid body has one moment above the sum of the others")
         if self.hover_thrust > MAX_HOVER_THRUST:
-            raise ValueError(
-                f"rotors.max_speed_rad_s: hovering would take {self.hover_thrust:.0%} of the full thrust, "
-                f"more than {MAX_HOVER_THRUST:.0%}"
+            raise KeyFaultError(
+                "rotors.max_speed_rad_s",
+                f"hovering would take {self.hover_thrust:.0%} of the full thrust, "
+                f"more than {MAX_HOVER_THRUST:.0%}",
             )
         if self.rotors.min_speed_rad_s >= self.hover_speed_rad_s:
-            raise ValueError(
-                f"rotors.min_speed_rad_s: idling must be slower than hovering ({self.hover_speed_rad_s:.0f})"
+            raise KeyFaultError(
+                "rotors.min_speed_rad_s",
+                f"idling must be slower than hovering ({self.hover_speed_rad_s:.0f})",
             )
-        if self.battery.empty_voltage_v >= self.battery.full_voltage_v:
-            raise ValueError("battery.empty_voltage_v: must be below full_voltage_v")
+        effectiveness = self.rotor_effectiveness
+        if np.linalg.matrix_rank(effectiveness) < 4 or np.linalg.pinv(effectiveness)[:, 3].min() <= 0.0:
+            raise KeyFaultError(
+                "rotors.layout", "these places and directions give no control of roll, pitch, yaw and thrust"
+            )
         return self
 
     @property
@@ -126,6 +141,17 @@ class Vehicle(_Section):
     def hover_thrust(self) -> float:
         """Weight over full thrust."""
         return (self.hover_speed_rad_s / self.max_speed_rad_s) ** 2
+
+    @property
+    def rotor_effectiveness(self) -> Float[Array, "4 n"]:
+        """Roll, pitch and yaw torque (N m) and thrust (N) of each rotor at full speed."""
+        rotors = self.rotors
+        full = rotors.thrust_coefficient_n_s2 * self.max_speed_rad_s**2
+        arm = rotors.moment_coefficient_nm_s2 / rotors.thrust_coefficient_n_s2
+        rows = [
+            (-place.y_m, place.x_m, arm if place.direction == "ccw" else -arm, 1.0) for place in rotors.layout
+        ]
+        return full * np.array(rows).T
 
     @property
     def rotor_drag_n_s2_per_m(self) -> float:

@@ -47,7 +47,8 @@ _MODES_TO_ARM_IN = frozenset((Mode.POSCTL, Mode.HOLD, Mode.TAKEOFF, Mode.OFFBOAR
 class Px4:
     """Implements `interface.Firmware`; `update` runs once a tick, before `multirotor_tick.fly_tick`."""
 
-    def __init__(self, vehicle: Vehicle, estimator: Estimator, pack: Pack) -> None:
+    def __init__(self, vehicle: Vehicle, estimator: Estimator, pack: Pack, dt: float) -> None:
+        self._dt = dt
         self.parameters = tuned_parameters(vehicle)
         self.loops = InnerLoops(
             attitude_gains(self.parameters), rate_gains(self.parameters), rate_state(), allocation(vehicle)
@@ -58,7 +59,7 @@ class Px4:
         self._gains = position_gains(self.parameters)
         self._control = position_state()
         self._setpoint = position_setpoint()
-        self._guidance = Guidance(self.parameters, estimator, self._setpoint)
+        self._guidance = Guidance(self.parameters, estimator, self._setpoint, dt)
         self._takeoff = Takeoff(self.parameters)
         self._land_detector = LandDetector(self.parameters.MPC_THR_HOVER)
         self._time_s = 0.0
@@ -222,9 +223,9 @@ class Px4:
 
     # What it does by itself
 
-    def update(self, time_s: float, dt: float) -> None:
-        """One turn of commander, guidance and position control at `time_s` (s since boot)."""
-        self._time_s = time_s
+    def update(self, until_s: float) -> None:
+        """Commander, guidance and position control for the tick that ends at `until_s` (s since boot)."""
+        dt = self._dt
         if self._armed:
             self._watch_offboard()
             self._watch_battery()
@@ -239,7 +240,7 @@ class Px4:
             max_tilt=math.radians(p.MPC_TILTMAX_AIR if flying else p.MPC_TILTMAX_LND),
             min_thrust=p.MPC_THR_MIN if flying else 0.0,
         )
-        self._write_setpoint(max_up, dt)
+        self._write_setpoint(max_up)
         e = self._estimator
         control_position(
             self._gains,
@@ -252,9 +253,10 @@ class Px4:
             dt,
             self.attitude_setpoint,
         )
-        self._watch_ground(dt)
+        self._watch_ground()
+        self._time_s = until_s
 
-    def _write_setpoint(self, max_up: float, dt: float) -> None:
+    def _write_setpoint(self, max_up: float) -> None:
         setpoint = self._setpoint
         if max_up <= 0.0:
             self._guidance.restart()
@@ -272,7 +274,7 @@ class Px4:
             if self._takeoff.phase is TakeoffPhase.RAMPUP:
                 setpoint.acceleration[2] = math.nan
         else:
-            self._guidance.update(max(max_up, 0.0), dt)
+            self._guidance.update(max(max_up, 0.0))
 
     def _wants_takeoff(self) -> bool:
         if not self._armed or not self.on_ground:
@@ -286,7 +288,7 @@ class Px4:
             )
         return self._mode is Mode.TAKEOFF
 
-    def _watch_ground(self, dt: float) -> None:
+    def _watch_ground(self) -> None:
         """Land detection, what follows from it, and the end of a takeoff."""
         velocity = self._estimator.velocity
         was_on_ground = self.on_ground
@@ -295,7 +297,7 @@ class Px4:
             speed=math.sqrt(velocity[0] ** 2 + velocity[1] ** 2 + velocity[2] ** 2),
             climb_rate=-velocity[2],
             thrust=self.attitude_setpoint.thrust_and_yaw_rate[0],
-            dt=dt,
+            dt=self._dt,
         )
         if not self._armed:
             return

@@ -40,18 +40,7 @@ def allocation(vehicle: Vehicle) -> Allocation:
     A unit of roll or pitch changes the rotors' thrusts by 1/√2 in the root mean square of the axis that
     needs more, a unit of yaw the most affected rotor by 1, a unit of thrust all by 1.
     """
-    rotors = vehicle.rotors
-    full = rotors.thrust_coefficient_n_s2 * vehicle.max_speed_rad_s**2
-    arm = rotors.moment_coefficient_nm_s2 / rotors.thrust_coefficient_n_s2
-    effectiveness = (
-        full
-        * np.array(
-            [
-                (-place.y_m, place.x_m, arm if place.direction == "ccw" else -arm, 1.0)
-                for place in rotors.layout
-            ]
-        ).T
-    )
+    effectiveness = vehicle.rotor_effectiveness
     mix = np.linalg.pinv(effectiveness)
     used = np.count_nonzero(np.abs(mix[:, :2]) > 1e-9 * np.abs(mix[:, :2]).max(), axis=0)
     roll_pitch = np.sqrt(np.sum(mix[:, :2] ** 2, axis=0) / (used / 2.0)).max()

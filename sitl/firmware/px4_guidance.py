@@ -8,7 +8,7 @@ from sitl.arrays import Vec3
 from sitl.estimator import Estimator
 from sitl.firmware.px4_parameters import Px4Parameters
 from sitl.firmware.px4_position import PositionSetpoint
-from sitl.firmware.smooth_path import PathLimits, approach, braking_distance, path_at_rest
+from sitl.firmware.smooth_path import PathLimits, approach, begin, braking_distance, path_at_rest
 from sitl.quaternion import yaw_of
 
 _ARRIVED_M = 0.2
@@ -22,11 +22,14 @@ _AHEAD_M = 5.0
 class Guidance:
     """Writes position, velocity and acceleration setpoints for whatever it was last told to do."""
 
-    def __init__(self, parameters: Px4Parameters, estimate: Estimator, setpoint: PositionSetpoint) -> None:
+    def __init__(
+        self, parameters: Px4Parameters, estimate: Estimator, setpoint: PositionSetpoint, dt: float
+    ) -> None:
         self._parameters = parameters
+        self._dt = dt
         self._estimate = estimate
         self._setpoint = setpoint
-        self._path = path_at_rest()
+        self._path = path_at_rest(parameters.MPC_ACC_HOR, parameters.MPC_JERK_AUTO, dt)
         self._targets: list[Vec3] = []
         self._lands = False
         self._target_yaw = 0.0
@@ -62,18 +65,17 @@ class Guidance:
 
     def restart(self) -> None:
         """Let the path begin anew at the vehicle; targets stay."""
-        self._path.position[:] = self._estimate.position
-        self._path.velocity[:] = self._estimate.velocity
-        self._path.acceleration[:] = 0.0
+        begin(self._path, self._estimate.position, self._estimate.velocity, self._dt)
 
-    def update(self, max_up: float, dt: float) -> None:
-        """Move the path on by `dt` (s), climbing at most at `max_up` (m/s), and write the setpoint."""
+    def update(self, max_up: float) -> None:
+        """Move the path on by one step, climbing at most at `max_up` (m/s), and write the setpoint."""
+        p, dt = self._parameters, self._dt
         descends = self._lands and len(self._targets) == 1
         target = self.target
         if descends:
             target = np.array((target[0], target[1], self._path.position[2] + _AHEAD_M))
-        down = self._descent_speed() if descends else self._parameters.MPC_Z_VEL_MAX_DN
-        approach(self._path, target, self._limits(max_up, down), dt)
+        down = self._descent_speed() if descends else p.MPC_Z_VEL_MAX_DN
+        approach(self._path, target, PathLimits(p.MPC_XY_CRUISE, max_up, down, p.MPC_ACC_HOR), dt)
         if len(self._targets) > 1 and float(np.linalg.norm(self._path.position - target)) < _ARRIVED_M:
             del self._targets[0]
         turn = math.remainder(self._target_yaw - self._yaw, 2.0 * math.pi)
@@ -89,10 +91,6 @@ class Guidance:
         setpoint.heading[0] = self._yaw
         setpoint.heading[1] = 0.0
 
-    def _limits(self, up: float, down: float) -> PathLimits:
-        p = self._parameters
-        return PathLimits(p.MPC_XY_CRUISE, up, down, p.MPC_ACC_HOR, p.MPC_JERK_AUTO)
-
     def _descent_speed(self) -> float:
         p = self._parameters
         height = -self._estimate.position[2]
@@ -105,6 +103,6 @@ class Guidance:
         speed = float(np.linalg.norm(velocity))
         if speed < 1e-3:
             return self._estimate.position.copy()
-        limits = self._limits(self._parameters.MPC_Z_VEL_MAX_UP, self._parameters.MPC_Z_VEL_MAX_DN)
-        point: Vec3 = self._estimate.position + velocity / speed * braking_distance(speed, limits)
+        distance = braking_distance(self._path, speed, self._parameters.MPC_ACC_HOR, self._dt)
+        point: Vec3 = self._estimate.position + velocity / speed * distance
         return point
