@@ -1,7 +1,8 @@
 """The one place where functions are handed to numba.
 
 Kernels are ordinary typed functions over arrays, floats and named tuples of both. No fastmath: the same
-input must give the same bits.
+input must give the same bits. Arrays are filled element by element where a kernel is compiled at start:
+assigning an array to a slice makes numba compile the text of its shape errors too, which takes seconds.
 """
 
 import hashlib

@@ -87,4 +87,6 @@ def compose(estimate: Estimator, motion: Float[Array, "13"]) -> None:
         estimate.position[axis] = motion[axis] + estimate.error[0, axis]
         estimate.velocity[axis] = motion[3 + axis] + estimate.error[1, axis]
         estimate.rates[axis] = motion[10 + axis] + estimate.error[3, axis]
-    estimate.attitude[:] = multiply(motion[6:10], from_rotation_vector(estimate.error[2]))
+    attitude = multiply(motion[6:10], from_rotation_vector(estimate.error[2]))
+    for i in range(4):
+        estimate.attitude[i] = attitude[i]

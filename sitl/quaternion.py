@@ -88,19 +88,16 @@ def yaw_of(q: Quaternion) -> float:
 @compiled
 def from_axes(x: Vec3, y: Vec3, z: Vec3) -> Quaternion:
     """The rotation whose matrix has the columns `x`, `y`, `z` (orthonormal, right-handed)."""
-    q = np.empty(4)
     trace = x[0] + y[1] + z[2]
     # The largest of the four components is computed first, so that nothing is divided by nearly zero.
     if trace > 0.0:
         s = 2.0 * math.sqrt(1.0 + trace)
-        q[:] = (0.25 * s, (y[2] - z[1]) / s, (z[0] - x[2]) / s, (x[1] - y[0]) / s)
-    elif x[0] > y[1] and x[0] > z[2]:
+        return np.array((0.25 * s, (y[2] - z[1]) / s, (z[0] - x[2]) / s, (x[1] - y[0]) / s))
+    if x[0] > y[1] and x[0] > z[2]:
         s = 2.0 * math.sqrt(1.0 + x[0] - y[1] - z[2])
-        q[:] = ((y[2] - z[1]) / s, 0.25 * s, (y[0] + x[1]) / s, (z[0] + x[2]) / s)
-    elif y[1] > z[2]:
+        return np.array(((y[2] - z[1]) / s, 0.25 * s, (y[0] + x[1]) / s, (z[0] + x[2]) / s))
+    if y[1] > z[2]:
         s = 2.0 * math.sqrt(1.0 + y[1] - x[0] - z[2])
-        q[:] = ((z[0] - x[2]) / s, (y[0] + x[1]) / s, 0.25 * s, (z[1] + y[2]) / s)
-    else:
-        s = 2.0 * math.sqrt(1.0 + z[2] - x[0] - y[1])
-        q[:] = ((x[1] - y[0]) / s, (z[0] + x[2]) / s, (z[1] + y[2]) / s, 0.25 * s)
-    return q
+        return np.array(((z[0] - x[2]) / s, (y[0] + x[1]) / s, 0.25 * s, (z[1] + y[2]) / s))
+    s = 2.0 * math.sqrt(1.0 + z[2] - x[0] - y[1])
+    return np.array(((x[1] - y[0]) / s, (z[0] + x[2]) / s, (z[1] + y[2]) / s, 0.25 * s))

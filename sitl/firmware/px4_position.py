@@ -179,7 +179,8 @@ def velocity_setpoint(
         if math.isnan(feed_forward[axis]):
             feed_forward[axis] = 0.0
     out = np.empty(3)
-    out[0:2] = prioritise(correction[0:2], feed_forward[0:2], gains.max_speed)
+    horizontal = prioritise(correction[0:2], feed_forward[0:2], gains.max_speed)
+    out[0], out[1] = horizontal[0], horizontal[1]
     out[2] = max(-limits.max_up, min(correction[2] + feed_forward[2], gains.max_down))
     for axis in range(3):
         if off[axis]:
@@ -236,9 +237,10 @@ def integrate(
         thrust[2] <= -gains.max_thrust and error[2] <= 0.0
     ):
         error[2] = 0.0
-    produced = thrust[0:2] * (GRAVITY_M_S2 / gains.hover_thrust)
+    produced = thrust * (GRAVITY_M_S2 / gains.hover_thrust)
     if wanted[0] ** 2 + wanted[1] ** 2 > produced[0] ** 2 + produced[1] ** 2:
-        error[0:2] -= 2.0 / gains.velocity_p[0] * (wanted[0:2] - produced)
+        for axis in range(2):
+            error[axis] -= 2.0 / gains.velocity_p[0] * (wanted[axis] - produced[axis])
     for axis in range(3):
         if not math.isnan(error[axis]):
             state.integral[axis] += gains.velocity_i[axis] * error[axis] * dt
@@ -255,7 +257,9 @@ def point_thrust(thrust: Vec3, yaw: float, out: AttitudeSetpoint) -> None:
     x = np.array((right[1] * z[2], -right[0] * z[2], right[0] * z[1] - right[1] * z[0]))
     x /= math.sqrt(x[0] ** 2 + x[1] ** 2 + x[2] ** 2)
     y = np.array((z[1] * x[2] - z[2] * x[1], z[2] * x[0] - z[0] * x[2], z[0] * x[1] - z[1] * x[0]))
-    out.attitude[:] = from_axes(x, y, z)
+    attitude = from_axes(x, y, z)
+    for i in range(4):
+        out.attitude[i] = attitude[i]
     out.thrust_and_yaw_rate[0] = length
 
 

@@ -77,28 +77,31 @@ def approach(path: Path, target: Vec3, limits: PathLimits, dt: float) -> None:
     """Move the point on by `dt` (s) towards `target`, horizontally in a straight line, in place."""
     history = path.history
     last = history[-1]
-    to_go = target - last[0:3]
-    distance = math.hypot(to_go[0], to_go[1])
-    wanted = np.zeros(3)
+    north, east, down = target[0] - last[0], target[1] - last[1], target[2] - last[2]
+    distance = math.hypot(north, east)
+    per_metre = 0.0
     if distance > 0.0:
-        wanted[0:2] = to_go[0:2] * (arrival_speed(distance, limits.horizontal, limits, dt) / distance)
-    vertical_limit = limits.down if to_go[2] > 0.0 else limits.up
-    wanted[2] = math.copysign(arrival_speed(abs(to_go[2]), vertical_limit, limits, dt), to_go[2])
+        per_metre = arrival_speed(distance, limits.horizontal, limits, dt) / distance
+    vertical = arrival_speed(abs(down), limits.down if down > 0.0 else limits.up, limits, dt)
 
-    change = wanted - last[3:6]
+    change = np.array(
+        (per_metre * north - last[3], per_metre * east - last[4], math.copysign(vertical, down) - last[5])
+    )
     largest = limits.acceleration * dt
     horizontal = math.hypot(change[0], change[1])
     if horizontal > largest:
-        change[0:2] *= largest / horizontal
+        change[0] *= largest / horizontal
+        change[1] *= largest / horizontal
     change[2] = min(max(change[2], -largest), largest)
 
-    following = np.empty(9)
-    following[3:6] = last[3:6] + change
-    following[0:3] = last[0:3] + dt * following[3:6]
-    following[6:9] = change / dt
-    history[:-1] = history[1:].copy()
-    history[-1] = following
+    steps = history.shape[0]
+    for step in range(steps - 1):
+        for column in range(9):
+            history[step, column] = history[step + 1, column]
     for axis in range(3):
-        path.position[axis] = history[:, axis].mean()
-        path.velocity[axis] = history[:, 3 + axis].mean()
-        path.acceleration[axis] = history[:, 6 + axis].mean()
+        last[3 + axis] += change[axis]
+        last[axis] += dt * last[3 + axis]
+        last[6 + axis] = change[axis] / dt
+        path.position[axis] = history[:, axis].sum() / steps
+        path.velocity[axis] = history[:, 3 + axis].sum() / steps
+        path.acceleration[axis] = history[:, 6 + axis].sum() / steps

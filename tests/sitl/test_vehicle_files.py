@@ -4,25 +4,15 @@ from typing import Any
 import pytest
 import yaml
 
-from sitl.conditions import load_conditions
+from sitl.conditions import LinkConditions, WindConditions, load_conditions
 from sitl.errors import ConfigError
 from sitl.files import known_names
 from sitl.firmware.px4_parameters import Px4Parameters
 from sitl.firmware.px4_tuning import tuned_parameters
-from sitl.vehicle import load_vehicle
+from sitl.vehicle import BatteryPack, BodyDrag, RotorPlace, Rotors, Vehicle, load_vehicle
 
-MINIMAL = """
-mass_kg: 1.2
-inertia_kg_m2: [0.01, 0.01, 0.018]
-rotors:
-  layout:
-    - {x_m: 0.15, y_m: 0.15, direction: ccw}
-    - {x_m: -0.15, y_m: -0.15, direction: ccw}
-    - {x_m: 0.15, y_m: -0.15, direction: cw}
-    - {x_m: -0.15, y_m: 0.15, direction: cw}
-  thrust_coefficient_n_s2: 9.0e-6
-  moment_coefficient_nm_s2: 1.5e-7
-"""
+SCHEMA = Path(__file__).parents[2] / "docs" / "vehicle-schema.md"
+MINIMAL = SCHEMA.read_text(encoding="utf-8").split("```yaml\n")[1].split("```")[0]
 
 
 def write(folder: Path, text: str) -> Path:
@@ -144,3 +134,11 @@ def test_conditions_of_one_s_own(tmp_path: Path) -> None:
     assert own.estimator.velocity.noise_m_s == 0.0
     with pytest.raises(ConfigError, match=r"link\.telemetry_loss_fraction"):
         load_conditions(write(tmp_path, "link:\n  telemetry_loss_fraction: 1.5\n"))
+
+
+def test_every_key_is_documented() -> None:
+    documented = SCHEMA.read_text(encoding="utf-8")
+    sections = (Vehicle, Rotors, RotorPlace, BodyDrag, BatteryPack, WindConditions, LinkConditions)
+    for section in sections:
+        for key in section.model_fields:
+            assert key in documented
