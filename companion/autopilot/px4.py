@@ -20,6 +20,7 @@ _CLIMB_M_S = 0.5  # slower than any sensible MPC_TKO_SPEED
 _TAKEOFF_MARGIN_S = 10.0  # motors spin up (COM_SPOOLUP_TIME, MPC_TKO_RAMP_T), heartbeat
 _TAKEOFF_TOLERANCE_M = 0.3
 _LAND_TIMEOUT_S = 180.0
+_STREAM_FIRST_S = 0.2  # for the stream's first setpoints to arrive: PX4 refuses OFFBOARD without them
 _ENGAGE_ATTEMPTS = 3
 _POLL_S = 0.02
 _NAN = math.nan
@@ -99,7 +100,8 @@ class Px4:
         await self._until(is_there, timeout_s, f"it did not climb to {altitude_m:g} m")
 
     async def engage(self) -> None:
-        """Switch to OFFBOARD, which PX4 refuses until it has seen setpoints stream in."""
+        """Switch to OFFBOARD, once the setpoints stream."""
+        await asyncio.sleep(_STREAM_FIRST_S)
         for attempt in range(_ENGAGE_ATTEMPTS):
             try:
                 await self._switch_to(_Mode.OFFBOARD)

@@ -1,4 +1,4 @@
-"""A scripted PX4 at the far end of an in-memory link: it does at once what it is told, or what a test says."""
+"""A scripted PX4 at the far end of an in-memory link: it does what it is told, or what a test says."""
 
 import asyncio
 from collections.abc import AsyncIterator, Callable, Iterable

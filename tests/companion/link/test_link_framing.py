@@ -3,6 +3,7 @@ import struct
 
 import pytest
 from fake_vehicle import encoder
+from fastcrc.crc16 import mcrf4xx
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -116,12 +117,16 @@ def test_a_signed_frame_is_read_with_its_signature() -> None:
     assert len(read([signed + packed(MESSAGES[1])])) == 2
 
 
-def test_a_longer_payload_of_a_newer_dialect_is_read() -> None:
-    from fastcrc.crc16 import mcrf4xx
+def local_position(payload: bytes, *, incompatible_flags: int = 0) -> bytes:
+    kind = mavlink.MAVLink_local_position_ned_message
+    checked = bytes([len(payload), incompatible_flags, 0, 0, 3, 1, 32, 0, 0]) + payload
+    return b"\xfd" + checked + struct.pack("<H", mcrf4xx(checked + bytes([kind.crc_extra])))
 
-    payload = bytes(range(1, 29)) + b"\x01\x02\x03\x04"  # four bytes more than LOCAL_POSITION_NED has
-    head = bytes([0xFD, len(payload), 0, 0, 0, 3, 1, 32, 0, 0])
-    extra = bytes([mavlink.MAVLink_local_position_ned_message.crc_extra])
-    frame = head + payload + struct.pack("<H", mcrf4xx((head + payload)[1:] + extra))
-    (read_frame,) = read([frame])
-    assert decode(read_frame).get_type() == "LOCAL_POSITION_NED"
+
+def test_a_longer_payload_of_a_newer_dialect_is_read() -> None:
+    (frame,) = read([local_position(bytes(28) + b"more")])
+    assert decode(frame).get_type() == "LOCAL_POSITION_NED"
+
+
+def test_a_frame_with_flags_that_nobody_knows_is_passed_over() -> None:
+    assert read([local_position(bytes(28), incompatible_flags=2)]) == []

@@ -106,6 +106,14 @@ def test_a_drifting_clock_is_followed() -> None:
     assert np.abs((estimated - true)[-1]) < 0.03
 
 
+def test_better_knowledge_is_taken_in_slowly() -> None:
+    offset = ClockOffset()
+    fly(offset, up_s=0.0, down_s=0.4, round_trips=False)
+    _, estimated, _ = np.array(fly(offset, start_s=18.0, up_s=0.0, down_s=0.4)).T
+    assert (np.diff(estimated) > 0.89 * PERIOD_S).all()
+    assert estimated[-1] - estimated[0] < 7.85
+
+
 def test_a_reboot_starts_anew() -> None:
     offset = ClockOffset()
     before = fly(offset, start_s=100.0)
