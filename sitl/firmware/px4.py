@@ -309,7 +309,7 @@ class Px4:
             self._say(Severity.INFO, "Landing detected")
         if self.on_ground:
             self._disarm_when_idle()
-        elif self._mode is Mode.TAKEOFF and self._guidance.arrived:
+        elif self._mode is Mode.TAKEOFF and self._guidance.at_height:
             self._mode = Mode.HOLD
 
     def _disarm_when_idle(self) -> None:

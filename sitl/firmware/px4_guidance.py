@@ -42,10 +42,9 @@ class Guidance:
         return self._targets[0]
 
     @property
-    def arrived(self) -> bool:
-        """Whether the vehicle is at the last target (m, by its estimate)."""
-        error = self._estimate.position - self.target
-        return len(self._targets) == 1 and not self._lands and float(np.linalg.norm(error)) < _ARRIVED_M
+    def at_height(self) -> bool:
+        """Whether the vehicle, by its estimate, is at the height where the present leg ends."""
+        return abs(float(self._estimate.position[2] - self.target[2])) < _ARRIVED_M
 
     def hold(self) -> None:
         """Brake and stay where that ends."""
