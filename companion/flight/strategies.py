@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol
 
+from companion.errors import InputError
 from companion.flight.preview import desired_ahead, state_of
 from companion.flight.reference import Reference
 from companion.learning.features import inverse_inputs, reference
@@ -31,11 +32,6 @@ class Strategy(StrEnum):
     DNN = "dnn"
     GP = "gp"
     DNN_GP = "dnn+gp"
-
-    @property
-    def needs_network(self) -> bool:
-        """Whether u1 comes from a trained inverse network."""
-        return self in (Strategy.DNN, Strategy.DNN_GP)
 
     @property
     def learns_online(self) -> bool:
@@ -87,3 +83,26 @@ class InverseDynamics:
             inverse_inputs(x, *desired_ahead(trajectory, time_s, self.network.card.preview))
         )
         return Reference(*reference(x, outputs))
+
+
+def reference_law(
+    strategy: Strategy, *, network: InverseNetwork | None = None, lookahead_s: float | None = None
+) -> ReferenceLaw:
+    """How `strategy` makes u1.
+
+    Raises:
+        InputError: it needs a network or a lookahead time that was not given.
+    """
+    match strategy:
+        case Strategy.BASELINE:
+            return position_velocity
+        case Strategy.FEEDFORWARD | Strategy.GP:
+            return position_velocity_acceleration
+        case Strategy.LOOKAHEAD:
+            if lookahead_s is None:
+                raise InputError("strategy lookahead needs a time: give --lookahead SECONDS, or a --model")
+            return Lookahead(lookahead_s)
+        case Strategy.DNN | Strategy.DNN_GP:
+            if network is None:
+                raise InputError(f"strategy {strategy} needs a network: give --model")
+            return InverseDynamics(network)

@@ -1,0 +1,98 @@
+"""Options that several subcommands share, and what they mean."""
+
+import math
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, TypeAlias
+
+import typer
+
+from companion import bundled
+from companion.learning.inverse_network import InverseNetwork
+from companion.learning.model_file import load_model
+from companion.learning.online_settings import DEFAULT, PAPER, OnlineSettings
+from companion.trajectory.limits import Limits
+from companion.trajectory.placement import LOWEST_M, Placement
+
+
+class Plane(StrEnum):
+    """In which plane a drawing is laid."""
+
+    XZ = "xz"
+    XY = "xy"
+
+
+class Preset(StrEnum):
+    """Whose settings of the online correction."""
+
+    DEFAULT = "default"
+    PAPER = "paper"
+
+    @property
+    def settings(self) -> OnlineSettings:
+        """The settings."""
+        return PAPER if self is Preset.PAPER else DEFAULT
+
+
+Connect: TypeAlias = Annotated[
+    str,
+    typer.Option(
+        help="Where the vehicle is: udpin://HOST:PORT, udpout://HOST:PORT, tcpout://HOST:PORT, "
+        "serial:///dev/ttyAMA0:921600, or sitl://bebop2?conditions=realistic&seed=1."
+    ),
+]
+SystemId: TypeAlias = Annotated[
+    int | None,
+    typer.Option(min=1, max=255, help="MAVLink id of the vehicle; without it, the first that is heard."),
+]
+Json: TypeAlias = Annotated[Path | None, typer.Option(dir_okay=False, help="Write the result to this file.")]
+Size: TypeAlias = Annotated[float, typer.Option(help="Longest side of a drawing (m).")]
+Speed: TypeAlias = Annotated[float | None, typer.Option(help="Peak speed (m/s); 1.2 for drawings.")]
+PlaneOption: TypeAlias = Annotated[
+    Plane, typer.Option(help="Plane of a drawing: upright (xz) or level (xy).")
+]
+Origin: TypeAlias = Annotated[
+    tuple[float, float], typer.Option(help="North and east of the drawing's centre from takeoff (m).")
+]
+Heading: TypeAlias = Annotated[
+    float, typer.Option(help="Direction of the drawing's x axis, degrees clockwise from north.")
+]
+Altitude: TypeAlias = Annotated[
+    float, typer.Option(help=f"Height of the drawing's lowest point above takeoff (m, at least {LOWEST_M}).")
+]
+FlipY: TypeAlias = Annotated[bool, typer.Option("--flip-y", help="The drawing's y points down.")]
+Model: TypeAlias = Annotated[
+    str | None, typer.Option(help="Inverse network: a name in config/models, or a file.")
+]
+PresetOption: TypeAlias = Annotated[
+    Preset, typer.Option(help="Settings of the online correction: ours, or exactly the paper's.")
+]
+Seed: TypeAlias = Annotated[int, typer.Option(min=0, help="Of everything random.")]
+
+
+def placement(
+    size: float, plane: Plane, origin: tuple[float, float], heading: float, altitude: float, flip_y: bool
+) -> Placement:
+    """The placement that the options describe; InputError where a value is out of range."""
+    return Placement(
+        size_m=size,
+        plane=plane.value,
+        origin=origin,
+        heading_rad=math.radians(heading),
+        altitude_m=altitude,
+        flip_y=flip_y,
+    )
+
+
+def limits(speed: float | None) -> Limits:
+    """The limits with that peak speed (m/s); InputError where it is not positive."""
+    return Limits(speed_m_s=speed)
+
+
+def network(model: str | None) -> InverseNetwork | None:
+    """The network that `--model` names, if it names one.
+
+    Raises:
+        InputError: no such model, or not one that fits this program.
+    """
+    return None if model is None else load_model(bundled.find("models", model, ".safetensors"))
