@@ -14,8 +14,8 @@ class Autopilot(Protocol):
     """A vehicle that can be flown.
 
     Every method that asks something of it waits within a limit, and raises RefusedError when it refuses
-    (with what it said), NoReplyError when it does not answer, and FlightError when it accepts but does not
-    follow in time.
+    (with what it said), NoReplyError when it does not answer, FlightError when it accepts but does not
+    follow in time, and TakenError when someone else takes the vehicle meanwhile.
     """
 
     @property
@@ -26,6 +26,10 @@ class Autopilot(Protocol):
     @property
     def engaged(self) -> bool:
         """Whether the vehicle follows our setpoints."""
+        ...
+
+    async def fastest_climb_and_descent(self) -> tuple[float, float]:
+        """The vehicle's own limits on vertical speed, up and down (m/s)."""
         ...
 
     async def arm(self) -> None:

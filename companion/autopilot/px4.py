@@ -2,16 +2,17 @@
 
 import asyncio
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from enum import Enum
 
 from companion import clock
 from companion.arrays import Vec3
 from companion.autopilot.setpoint import position_target
-from companion.errors import FlightError, LinkError, RefusedError
+from companion.errors import FlightError, LinkError, RefusedError, TakenError
 from companion.link.command import command
 from companion.link.connection import Connection
 from companion.link.dialect import mavlink
+from companion.link.parameter import read_parameter
 from companion.link.status import Landed
 from companion.link.telemetry import Telemetry
 
@@ -29,7 +30,9 @@ _NAN = math.nan
 class _Mode(Enum):
     """Main and sub mode of the modes that PX4 is sent to (px4_custom_mode.h)."""
 
+    TAKEOFF = (4, 2)
     HOLD = (4, 3)
+    LAND = (4, 6)
     OFFBOARD = (6, 0)
 
 
@@ -76,6 +79,13 @@ class Px4:
         """Whether the vehicle is in OFFBOARD because we asked for it."""
         return self._engaged
 
+    async def fastest_climb_and_descent(self) -> tuple[float, float]:
+        """The vehicle's own vertical speed limits (m/s): MPC_Z_VEL_MAX_UP, MPC_Z_VEL_MAX_DN."""
+        return (
+            await read_parameter(self._connection, "MPC_Z_VEL_MAX_UP"),
+            await read_parameter(self._connection, "MPC_Z_VEL_MAX_DN"),
+        )
+
     async def arm(self) -> None:
         """Arm, unless it is armed."""
         if not self._telemetry.status.armed:
@@ -97,7 +107,8 @@ class Px4:
             return state is not None and start.position[2] - state.position[2] >= enough_m
 
         timeout_s = altitude_m / _CLIMB_M_S + _TAKEOFF_MARGIN_S
-        await self._until(is_there, timeout_s, f"it did not climb to {altitude_m:g} m")
+        is_there_or_taken = self._unless_taken((_Mode.TAKEOFF, _Mode.HOLD), is_there)
+        await self._until(is_there_or_taken, timeout_s, f"it did not climb to {altitude_m:g} m")
 
     async def engage(self) -> None:
         """Switch to OFFBOARD, once the setpoints stream."""
@@ -121,7 +132,8 @@ class Px4:
         """Land here; returns when the vehicle is on the ground and disarmed itself."""
         self._engaged = False
         await command(self._connection, mavlink.MAV_CMD_NAV_LAND, 0.0, 0.0, 0.0, _NAN, _NAN, _NAN, 0.0)
-        await self._until(self._is_down, _LAND_TIMEOUT_S, "it did not land and disarm")
+        is_down_or_taken = self._unless_taken((_Mode.LAND,), self._is_down)
+        await self._until(is_down_or_taken, _LAND_TIMEOUT_S, "it did not land and disarm")
 
     async def until_taken(self) -> str:
         """Wait until the vehicle leaves OFFBOARD unasked; the name of the mode that it went to."""
@@ -150,6 +162,21 @@ class Px4:
     def _is_down(self) -> bool:
         status = self._telemetry.status
         return status.landed is Landed.ON_GROUND and not status.armed
+
+    def _unless_taken(self, modes: Sequence[_Mode], condition: Callable[[], bool]) -> Callable[[], bool]:
+        """`condition`, but for a TakenError once the vehicle was in the first of `modes` and is in none."""
+        begun = False
+
+        def checked() -> bool:
+            nonlocal begun
+            begun = begun or self._is_in(modes[0])
+            if condition():
+                return True
+            if begun and self._telemetry.status.armed and not any(map(self._is_in, modes)):
+                raise TakenError(f"the vehicle went to {self.mode} unasked: it was left to whoever did that")
+            return False
+
+        return checked
 
     async def _until(self, condition: Callable[[], bool], timeout_s: float, otherwise: str) -> None:
         """Wait until `condition` holds.

@@ -16,7 +16,7 @@ def rest_at(position: Vec3, name: str = "hold") -> Trajectory:
 
 
 def rest_to_rest(start: Vec3, end: Vec3, name: str = "approach") -> Trajectory:
-    """A straight line (NED, m) from rest to rest, at most `APPROACH_SPEED_M_S` fast, smooth in acceleration."""
+    """A straight line (NED, m) from rest to rest, at most `APPROACH_SPEED_M_S` fast, without jolts."""
     distance_m = float(np.linalg.norm(end - start))
     duration_s = max(_SHORTEST_S, _PEAK_OVER_MEAN_SPEED * distance_m / APPROACH_SPEED_M_S)
     still = np.zeros((2, 3))

@@ -14,7 +14,6 @@ from companion.flight.guard import Clip, Guarded, GuardLimits, guard
 from companion.flight.recorder import FlightRecorder
 from companion.flight.tracker import ControlStep, Tracker, tracking_error_m
 from companion.link.telemetry import Telemetry
-from companion.state import VehicleState
 
 
 class SetpointStream:
@@ -56,7 +55,7 @@ class SetpointStream:
         Raises:
             TrackingError: the telemetry is too old, or the vehicle too far from where it should be.
         """
-        unsubscribe = self._telemetry.subscribe(self._observe)
+        unsubscribe = self._telemetry.subscribe(lambda state: self._tracker.observe(state))
         try:
             due_s = clock.now()
             while True:
@@ -66,15 +65,11 @@ class SetpointStream:
         finally:
             unsubscribe()
 
-    def _observe(self, state: VehicleState) -> None:
-        self._recorder.state(state)
-        self._tracker.observe(state)
-
     def _send(self, now_s: float) -> None:
         newest = self._telemetry.state
         if newest is None or newest.age_s(now_s) > self._limits.state_age_s:
             raise TrackingError(
-                f"no telemetry for {self._limits.state_age_s} s: check the link; the vehicle was told to hold"
+                f"no telemetry for {self._limits.state_age_s:g} s: check the link and the vehicle's estimator"
             )
         state = newest.at(now_s)
         step = self._tracker.step(state)
@@ -82,7 +77,7 @@ class SetpointStream:
         if error_m > self._limits.tracking_error_m:
             raise TrackingError(
                 f"the vehicle is {error_m:.1f} m from where it should be (limit "
-                f"{self._limits.tracking_error_m} m): it was told to hold"
+                f"{self._limits.tracking_error_m:g} m): check the trajectory, the wind and the model"
             )
         guarded = guard(step.u1, step.u2, step.plain, state=state, home=self._home, limits=self._limits)
         reference = guarded.reference
