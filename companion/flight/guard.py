@@ -11,8 +11,13 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, PositiveFloat, model_validator
 
 from companion.arrays import Vec3
+from companion.errors import InputError
 from companion.flight.reference import Correction, Reference
 from companion.state import VehicleState
+from companion.trajectory.trajectory import Trajectory
+
+_LOOK_EVERY_S = 0.02
+_ROUNDING_M = 1e-6
 
 
 class Clip(StrEnum):
@@ -47,6 +52,23 @@ class Fence(BaseModel):
         low = np.array([self.north_m[0], self.east_m[0], -self.altitude_m[1]])
         high = np.array([self.north_m[1], self.east_m[1], -self.altitude_m[0]])
         return low, high
+
+    def require_inside(self, trajectory: Trajectory) -> None:
+        """Refuse a trajectory, NED relative to the takeoff point, that the fence would cut.
+
+        Raises:
+            InputError: it leaves the fence; names where, and by how much.
+        """
+        positions = trajectory.sample(np.arange(0.0, trajectory.duration_s, _LOOK_EVERY_S)).position
+        low, high = self.corners()
+        beyond = np.maximum(low - positions.min(axis=0), positions.max(axis=0) - high)
+        if (beyond > _ROUNDING_M).any():
+            axis = int(beyond.argmax())
+            name = ("north_m", "east_m", "altitude_m")[axis]
+            raise InputError(
+                f"{trajectory.name} leaves the fence by {beyond[axis]:.2f} m ({name} "
+                f"{list(getattr(self, name))}): move it, make it smaller, or widen the fence (--guard FILE)"
+            )
 
 
 class GuardLimits(BaseModel):
