@@ -1,5 +1,6 @@
 """The root of the command: subcommands, exit statuses, and errors in one line."""
 
+import signal
 import sys
 from typing import Annotated
 
@@ -7,19 +8,36 @@ import typer
 from rich.console import Console
 
 from companion import __version__
+from companion.cli.lazy import lazy_group
 from companion.errors import ImpromptuError
+
+COMMANDS = {
+    "fly": "Fly a trajectory, and say how closely it was tracked.",
+    "sitl": "Serve a simulated quadrotor over MAVLink.",
+    "collect": "Fly the training trajectory, and write the data set.",
+    "train": "Train an inverse network on a data set.",
+}
+BENCHMARKS = {
+    "linear": "The paper's simulation: one linear system's inverse network steers another.",
+    "quadrotor": "The paper's flights: one quadrotor's inverse network steers another.",
+}
 
 app = typer.Typer(
     name="companion",
     help="Companion software for multirotors: accurate tracking of any trajectory on the first attempt.",
+    cls=lazy_group("companion.cli.", COMMANDS),
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode="markdown",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-bench = typer.Typer(no_args_is_help=True, help="Benchmarks: the paper's experiments, reproduced.")
-
-_STOPPED = 130  # what shells report for a program that Ctrl-C ended
+bench = typer.Typer(
+    name="bench",
+    help="Benchmarks: the paper's experiments, reproduced.",
+    cls=lazy_group("companion.cli.bench_", BENCHMARKS),
+    no_args_is_help=True,
+)
+app.add_typer(bench)
 
 
 def _show_version(wanted: bool) -> None:
@@ -38,15 +56,34 @@ def _root(
     """Companion software for multirotors."""
 
 
+@bench.callback()
+def _bench() -> None:
+    """Benchmarks."""
+
+
 def main() -> None:
     """Run the command line: exit status 0 done, 1 the flight or job failed, 2 wrong use."""
+    _stop_as_by_ctrl_c(signal.SIGTERM, signal.SIGHUP)
     try:
         app()
     except ImpromptuError as error:
         if "--debug" in sys.argv:
             raise
-        Console(stderr=True).print(f"error: {error}", style="red", markup=False, highlight=False)
+        _say(f"error: {error}")
         sys.exit(error.exit_status)
-    except KeyboardInterrupt:
-        Console(stderr=True).print("stopped", style="yellow")
-        sys.exit(_STOPPED)
+    except Exception as error:
+        if "--debug" in sys.argv:
+            raise
+        _say(f"error: unexpected {type(error).__name__}: {error} (`companion --debug ...` shows where)")
+        sys.exit(1)
+
+
+def _say(text: str) -> None:
+    Console(stderr=True).print(text, style="red", markup=False, highlight=False, soft_wrap=True)
+
+
+def _stop_as_by_ctrl_c(*signals: signal.Signals) -> None:
+    """A service manager or a terminal that goes away ends the program as Ctrl-C does: with a hold."""
+    for number in signals:
+        if signal.getsignal(number) is signal.SIG_DFL:  # `nohup` keeps its meaning
+            signal.signal(number, lambda *_: signal.raise_signal(signal.SIGINT))

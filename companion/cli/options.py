@@ -8,6 +8,9 @@ from typing import Annotated, TypeAlias
 import typer
 
 from companion import bundled
+from companion.errors import InputError
+from companion.flight.guard import GuardLimits
+from companion.flight.guard_file import read_guard_limits
 from companion.learning.inverse_network import InverseNetwork
 from companion.learning.model_file import load_model
 from companion.learning.online_settings import DEFAULT, PAPER, OnlineSettings
@@ -34,13 +37,14 @@ class Preset(StrEnum):
         return PAPER if self is Preset.PAPER else DEFAULT
 
 
-Connect: TypeAlias = Annotated[
-    str,
-    typer.Option(
-        help="Where the vehicle is: udpin://HOST:PORT, udpout://HOST:PORT, tcpout://HOST:PORT, "
-        "serial:///dev/ttyAMA0:921600, or sitl://bebop2?conditions=realistic&seed=1."
-    ),
-]
+_CONNECT = typer.Option(
+    "--connect",
+    metavar="URL",
+    help="Where the vehicle is: udpin://HOST:PORT, udpout://HOST:PORT, tcpout://HOST:PORT, "
+    "serial:///dev/ttyAMA0:921600, or sitl://bebop2?conditions=realistic&seed=1.",
+)
+Connect: TypeAlias = Annotated[str, _CONNECT]
+ConnectUnlessDry: TypeAlias = Annotated[str | None, _CONNECT]
 SystemId: TypeAlias = Annotated[
     int | None,
     typer.Option(min=1, max=255, help="MAVLink id of the vehicle; without it, the first that is heard."),
@@ -66,6 +70,14 @@ Model: TypeAlias = Annotated[
 ]
 PresetOption: TypeAlias = Annotated[
     Preset, typer.Option(help="Settings of the online correction: ours, or exactly the paper's.")
+]
+Guard: TypeAlias = Annotated[
+    Path | None,
+    typer.Option(dir_okay=False, help="Limits of the guard, in YAML; config/guard.yaml shows the keys."),
+]
+Land: TypeAlias = Annotated[bool, typer.Option("--land", help="Land afterwards, where a hold is usual.")]
+VehicleName: TypeAlias = Annotated[
+    str | None, typer.Option("--name", help="What to call the vehicle in the file.")
 ]
 Seed: TypeAlias = Annotated[int, typer.Option(min=0, help="Of everything random.")]
 
@@ -96,3 +108,22 @@ def network(model: str | None) -> InverseNetwork | None:
         InputError: no such model, or not one that fits this program.
     """
     return None if model is None else load_model(bundled.find("models", model, ".safetensors"))
+
+
+def guard_limits(file: Path | None) -> GuardLimits:
+    """The limits in that file, or the usual ones; InputError where one is wrong."""
+    return GuardLimits() if file is None else read_guard_limits(file)
+
+
+def writable(path: Path) -> Path:
+    """`path`, whose folder now exists: to be known before a long job, not after it.
+
+    Raises:
+        InputError: nothing can be written there.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.open("ab").close()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror}") from error
+    return path

@@ -6,7 +6,7 @@ import typer
 from rich.console import Console
 
 from companion import clock
-from companion.errors import InputError
+from companion.errors import InputError, LinkError
 
 
 def sitl(
@@ -25,6 +25,7 @@ def sitl(
     """
     # imported here: the base install has no numba, and --help must not wait for it
     try:
+        from sitl.errors import ConfigError, ServeError
         from sitl.mavlink import open_vehicle
         from sitl.server import px4_endpoints, serve
         from sitl.simulation import TICK_S
@@ -34,8 +35,11 @@ def sitl(
         ) from error
 
     offboard, ground_station = px4_endpoints(system_id, host)
-    with Console(stderr=True).status("preparing the simulator; the first time takes half a minute"):
-        open_vehicle(vehicle, conditions).advance(TICK_S)  # compiles what is not yet
+    try:
+        with Console(stderr=True).status("preparing the simulator; the first time takes half a minute"):
+            open_vehicle(vehicle, conditions).advance(TICK_S)  # compiles what is not yet
+    except ConfigError as error:
+        raise InputError(str(error)) from error
     flying = open_vehicle(
         vehicle, conditions, seed=seed, system_id=system_id, links=(offboard.link, ground_station.link)
     )
@@ -46,5 +50,7 @@ def sitl(
     )
     try:
         clock.run(serve(flying, (offboard, ground_station), speed=speed, say=typer.echo))
+    except ServeError as error:
+        raise LinkError(str(error)) from error
     except KeyboardInterrupt:  # the way to end it
         typer.echo("ended")

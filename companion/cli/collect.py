@@ -1,0 +1,58 @@
+"""`companion collect`: the flight that an inverse network learns from."""
+
+from functools import partial
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from companion.cli import options
+from companion.cli.flying import Request, conduct, provenance, show, vehicle_name
+from companion.flight.flight import FlightPlan
+from companion.flight.guard import Fence
+from companion.flight.strategies import Strategy
+from companion.link import parse_address
+from companion.trajectory import Limits, Trajectory, summarise, training_sinusoids
+from companion.trajectory.training import LIMITS
+
+
+def collect(
+    connect: options.Connect,
+    output: Annotated[Path, typer.Option(dir_okay=False, help="File for the data set (MCAP).")],
+    box: Annotated[
+        tuple[float, float, float],
+        typer.Option(help="Sides of the box to fly in: north, east, up (m); its floor is 1.5 m up."),
+    ] = (5.0, 5.0, 3.0),
+    duration: Annotated[float, typer.Option(help="Length of the training trajectory (s).")] = 400.0,
+    name: options.VehicleName = None,
+    seed: options.Seed = 0,
+    guard: options.Guard = None,
+    land: options.Land = False,
+    system_id: options.SystemId = None,
+) -> None:
+    """Fly the training trajectory, sinusoids along all three axes, and write the data set.
+
+    Ctrl-C ends the flight at any time: the vehicle is left in a hold, and what was flown is written.
+
+    Example: companion collect --connect sitl://ardrone2 --output ardrone2.mcap
+    """
+    console = Console()
+    address = parse_address(connect)
+    guard_limits = options.guard_limits(guard)
+    trajectory_within = partial(_training, duration, box, seed, guard_limits.fence)
+    plan = FlightPlan(trajectory_within(LIMITS), limits=guard_limits, land=land)
+    show(console, *summarise(plan.trajectory, LIMITS).lines())
+    about = provenance(address, name or vehicle_name(address), plan.trajectory.name, Strategy.BASELINE)
+    request = Request(address, system_id, plan, LIMITS, trajectory_within, about)
+    conduct(request, options.writable(output), console)
+    show(console, f"next: companion train {output} --output MODEL.safetensors")
+
+
+def _training(
+    duration_s: float, box_m: tuple[float, float, float], seed: int, fence: Fence, limits: Limits
+) -> Trajectory:
+    """The training trajectory within `limits`; InputError where it leaves the fence."""
+    trajectory = training_sinusoids(duration_s, box_m, limits, seed)
+    fence.require_inside(trajectory)
+    return trajectory

@@ -1,0 +1,155 @@
+"""`companion fly`: one trajectory on one vehicle, and how closely it was tracked."""
+
+import json as json_format
+from collections.abc import Iterator
+from dataclasses import asdict
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+
+from companion import bundled
+from companion.cli import options
+from companion.cli.flying import Flown, Request, conduct, provenance, show, vehicle_name
+from companion.errors import InputError
+from companion.flight.flight import FlightOutcome, FlightPlan
+from companion.flight.guard import Fence
+from companion.flight.online_correction import OnlineCorrection
+from companion.flight.strategies import ReferenceLaw, Strategy, reference_law
+from companion.learning.inverse_network import InverseNetwork
+from companion.link import parse_address
+from companion.recording import Provenance
+from companion.trajectory import Limits, Placement, Trajectory, read_trajectory, summarise
+from companion.trajectory.placement import LOWEST_M
+
+_WITH_MODEL = (Strategy.LOOKAHEAD, Strategy.DNN, Strategy.DNN_GP)
+
+
+def fly(
+    trajectory: Annotated[str, typer.Argument(help="CSV file, or a name in config/trajectories.")],
+    connect: options.ConnectUnlessDry = None,
+    strategy: Annotated[
+        Strategy | None, typer.Option(help="How to track; dnn+gp where a model is given, else gp.")
+    ] = None,
+    model: options.Model = None,
+    lookahead: Annotated[
+        float | None, typer.Option(min=0.0, max=5.0, help="For lookahead: how early (s); else the model's.")
+    ] = None,
+    size: options.Size = 3.0,
+    speed: options.Speed = None,
+    plane: options.PlaneOption = options.Plane.XZ,
+    origin: options.Origin = (0.0, 0.0),
+    heading: options.Heading = 0.0,
+    altitude: options.Altitude = LOWEST_M,
+    flip_y: options.FlipY = False,
+    land: options.Land = False,
+    preset: options.PresetOption = options.Preset.DEFAULT,
+    guard: options.Guard = None,
+    system_id: options.SystemId = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Show what would be flown, and connect to nothing.")
+    ] = False,
+    record: Annotated[
+        Path | None, typer.Option(dir_okay=False, help="Write the flight's recording to this file (MCAP).")
+    ] = None,
+    json: options.Json = None,
+) -> None:
+    """Take off, go to the start, track the trajectory, hold; and say how closely it was tracked.
+
+    Ctrl-C ends the flight at any time: the vehicle is left in a hold.
+
+    Example: companion fly clef --connect sitl://bebop2 --model ardrone2
+
+    Example: companion fly drawing.csv --connect udpin://0.0.0.0:14540 --size 2 --land
+    """
+    console = Console()
+    limits, guard_limits = options.limits(speed), options.guard_limits(guard)
+    trajectory_within = partial(
+        _read,
+        bundled.find("trajectories", trajectory, ".csv"),
+        options.placement(size, plane, origin, heading, altitude, flip_y),
+        guard_limits.fence,
+    )
+    strategy, law = _technique(strategy, options.network(model), lookahead)
+    plan = FlightPlan(
+        trajectory_within(limits),
+        law,
+        OnlineCorrection(preset.settings) if strategy.learns_online else None,
+        period_s=preset.settings.sample_time_s,
+        limits=guard_limits,
+        land=land,
+    )
+    show(console, *summarise(plan.trajectory, limits).lines())
+    if dry_run:
+        return
+    if connect is None:
+        raise InputError("where is the vehicle? Give --connect URL, or --dry-run to look only")
+    address = parse_address(connect)
+    for path in (record, json):
+        if path is not None:
+            options.writable(path)
+    show(console, f"strategy: {strategy}" + (f", model {model}" if model else ""))
+    about = provenance(address, vehicle_name(address), plan.trajectory.name, strategy)
+    request = Request(address, system_id, plan, limits, trajectory_within, about)
+    flown = conduct(request, record, console)
+    show(console, *_lines(flown.outcome))
+    if json is not None:
+        json.write_text(json_format.dumps(_result(flown, about, model), indent=2) + "\n")
+
+
+def _read(file: Path, placement: Placement, fence: Fence, limits: Limits) -> Trajectory:
+    """The trajectory in the file; InputError where it is none, or leaves the fence."""
+    trajectory = read_trajectory(file, placement, limits)
+    fence.require_inside(trajectory)
+    return trajectory
+
+
+def _technique(
+    strategy: Strategy | None, network: InverseNetwork | None, lookahead_s: float | None
+) -> tuple[Strategy, ReferenceLaw]:
+    """The strategy that is meant, and how it makes u1; InputError where the options contradict."""
+    if strategy is None:
+        strategy = Strategy.GP if network is None else Strategy.DNN_GP
+    if network is not None and strategy not in _WITH_MODEL:
+        raise InputError(f"strategy {strategy} uses no model: leave out --model, or choose another strategy")
+    if lookahead_s is not None and strategy is not Strategy.LOOKAHEAD:
+        raise InputError(f"--lookahead belongs to strategy lookahead, not to {strategy}")
+    if lookahead_s is None and network is not None:
+        lookahead_s = network.card.lookahead_s
+    return strategy, reference_law(strategy, network=network, lookahead_s=lookahead_s)
+
+
+def _lines(outcome: FlightOutcome) -> Iterator[str]:
+    """The result for people."""
+    accuracy = outcome.accuracy
+    north, east, down = accuracy.rms_axes_m
+    yield (
+        f"tracking error: RMS {accuracy.rms_m:.3f} m (north {north:.3f}, east {east:.3f}, down {down:.3f}), "
+        f"maximum {accuracy.max_m:.3f} m"
+    )
+    for clip, count in outcome.clips.items():
+        yield f"guard: {clip}, {count} times"
+
+
+def _result(flown: Flown, about: Provenance, model: str | None) -> dict[str, Any]:
+    """The result for programs."""
+    outcome, accuracy = flown.outcome, flown.outcome.accuracy
+    return {
+        "strategy": about.strategy,
+        "model": model,
+        "trajectory": about.trajectory,
+        "vehicle": {"name": about.vehicle, "system_id": flown.system_id, **asdict(flown.identity)},
+        "rms_m": accuracy.rms_m,
+        "rms_axes_m": accuracy.rms_axes_m.tolist(),
+        "max_m": accuracy.max_m,
+        "duration_s": outcome.trajectory.duration_s,
+        "clips": {str(clip): count for clip, count in outcome.clips.items()},
+        "events": [
+            {"time_s": time_s - outcome.start_s, "text": text} for time_s, text in outcome.recording.events
+        ],
+        "conditions": about.conditions,
+        "seed": about.seed,
+        "software": about.software,
+    }
