@@ -1,0 +1,139 @@
+"""`companion bench quadrotor`: the paper's flights and their figures."""
+
+import json as json_format
+import shlex
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import track
+
+from companion import __version__
+from companion.cli import options
+from companion.errors import InputError
+from companion.flight.strategies import Strategy
+from companion.trajectory.placement import Placement
+
+try:
+    from companion.experiments.comparison import failures, flights, means, rms_errors
+    from companion.experiments.contenders import SOURCE_BASELINE, SOURCE_OWN, lookahead_of
+    from companion.experiments.lasa import BENCHMARK_NAMES
+    from companion.experiments.quadrotor import paper_comparison, rows_and_summary, summary_table
+    from companion.experiments.report import write_report
+    from companion.experiments.results import results_table
+    from companion.experiments.trajectories import limits_within, named_trajectories
+except ModuleNotFoundError as missing:
+    raise InputError(
+        f"the benchmark needs {missing.name}, which is not installed: pip install 'impromptu[bench]'"
+    ) from missing
+
+
+def quadrotor(
+    more: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[TRAJECTORY]...", show_default=False, help="The same as --trajectories TRAJECTORY."
+        ),
+    ] = None,
+    trajectories: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="CSV files, drawings of config/trajectories or LASA shapes, as many as you like. "
+            "Default: ten LASA shapes that nothing was tuned on."
+        ),
+    ] = None,
+    source: Annotated[
+        str, typer.Option(help="Vehicle whose network is used: a name in config/vehicles, or a YAML file.")
+    ] = "ardrone2",
+    target: Annotated[
+        str, typer.Option(help="Vehicle that is flown: a name in config/vehicles, or a YAML file.")
+    ] = "bebop2",
+    model: options.Model = None,
+    strategies: Annotated[
+        str, typer.Option(help="Which to fly, with commas between; baseline is always flown.")
+    ] = ",".join(Strategy),
+    conditions: Annotated[
+        str, typer.Option(help="Wind, noise and delays: a name in config/conditions, or a YAML file.")
+    ] = "ideal",
+    preset: options.PresetOption = options.Preset.DEFAULT,
+    size: options.Size = 3.0,
+    speed: options.Speed = None,
+    plane: options.PlaneOption = options.Plane.XZ,
+    seed: options.Seed = 0,
+    json: options.Json = None,
+    report: Annotated[
+        Path | None, typer.Option(file_okay=False, help="Write a page with pictures into this directory.")
+    ] = None,
+) -> None:
+    """Repeat the paper's flights: one vehicle's inverse network and the online correction on another vehicle.
+
+    Errors are against the truth of the simulation. A flight that fails is a row with its reason.
+
+    Examples:
+        companion bench quadrotor --json quadrotor.json
+
+        companion bench quadrotor --trajectories a.csv b.csv --conditions realistic --report reports/mine
+    """
+    if json is not None:
+        options.writable(json)
+    chosen = _chosen(strategies)
+    names = [*(trajectories or []), *(more or [])] or list(BENCHMARK_NAMES)
+    placement = Placement(size_m=size, plane=plane.value)
+    drawings = named_trajectories(names, placement, limits_within([source, target], speed))
+    console = Console()
+    with console.status("Preparing the simulator (half a minute the first time) and measuring the lookahead"):
+        comparison, notes = paper_comparison(
+            drawings,
+            source=source,
+            target=target,
+            model=model,
+            strategies=chosen,
+            conditions=conditions,
+            seed=seed,
+            online=preset.settings,
+        )
+    results = dict(track(comparison.fly(), "Flying", len(comparison), console=console, transient=True))
+    figures = rows_and_summary(comparison.contenders, results)
+    notes += failures(results)
+    on_target = {
+        names: result for names, result in results.items() if names[1] not in (SOURCE_BASELINE, SOURCE_OWN)
+    }
+    console.print(results_table(rms_errors(on_target)))
+    console.print(summary_table(means(comparison.contenders, results)))
+    for note in notes:
+        console.print(note, style="yellow", markup=False, highlight=False, soft_wrap=True)
+    settings = {
+        "source": source,
+        "target": target,
+        "model": model,
+        "trajectories": names,
+        "strategies": chosen,
+        "conditions": conditions,
+        "preset": preset,
+        "size_m": size,
+        "speed_m_s": speed,
+        "plane": plane,
+        "seed": seed,
+        "lookahead_s": lookahead_of(comparison.contenders),
+    }
+    if json is not None:
+        result = figures | {"settings": settings, "notes": notes, "software": __version__}
+        json.write_text(json_format.dumps(result, indent=2) + "\n")
+    if report is not None:
+        page = write_report(
+            flights(on_target),
+            report,
+            title=f"{target} with the network of {source}",
+            conditions={name: str(value) for name, value in settings.items() if value is not None},
+            commands=[shlex.join(["companion", *sys.argv[1:]])],
+        )
+        console.print(f"report: {page}", markup=False, highlight=False, soft_wrap=True)
+
+
+def _chosen(strategies: str) -> list[Strategy]:
+    try:
+        return [Strategy(name.strip()) for name in strategies.split(",")]
+    except ValueError as error:
+        raise InputError(f"--strategies: {error}; there are {', '.join(Strategy)}") from error
