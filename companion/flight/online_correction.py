@@ -3,20 +3,25 @@
 from bisect import bisect_left
 from collections import deque
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
+from jaxtyping import Float
 
-from companion.arrays import Vec3
+from companion.arrays import Array, Vec3
 from companion.flight.preview import desired_ahead, state_of
 from companion.flight.reference import Correction, Reference
-from companion.learning.correction import adaptation_gain, velocity_correction
+from companion.learning.correction import Confidence, adaptation_gain, velocity_correction
 from companion.learning.error_prediction import ErrorModel, PredictedError, Step
 from companion.learning.online_settings import OnlineSettings
 from companion.state import VehicleState
 from companion.trajectory.trajectory import Trajectory
 
+Leads: TypeAlias = tuple[float, float, float]
+
 _LONGEST_GAP_S = 0.2
-"""Between two states further apart than this, no position is interpolated."""
+"""Between two states further apart than this, nothing is interpolated."""
+_UNKNOWN = np.full(6, np.nan)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,67 +45,103 @@ class OnlineCorrection:
     def __init__(self, settings: OnlineSettings) -> None:
         self.settings = settings
         self._model = ErrorModel(settings.form, settings.kernel, settings.window)
-        self._flown = PositionHistory(settings.preview.longest_s + 2.0)
-        self._awaiting: deque[tuple[float, Step]] = deque()
+        self._confidence = Confidence(settings.caution, settings.memory)
+        self._velocity_confidence = Confidence(settings.caution, settings.memory)
+        self._flown = MotionHistory(2.0 * settings.preview.longest_s + 1.0)
+        self._awaiting: deque[_Sent] = deque()
         self._previous_u2 = np.zeros(3)
 
     def observe(self, state: VehicleState) -> None:
         """Take in where the vehicle was; steps whose outcome is now known become observations."""
-        self._flown.append(state.time_s, state.position)
-        leads_s = self.settings.preview.position_s
-        while self._awaiting and self._awaiting[0][0] + max(leads_s) <= state.time_s:
-            time_s, step = self._awaiting.popleft()
-            flown = [self._flown.at(time_s + lead_s)[axis] for axis, lead_s in enumerate(leads_s)]
-            self._model.learn(step, np.array(flown))
+        self._flown.append(state)
+        while self._awaiting and self._awaiting[0].time_s + self.settings.preview.longest_s <= state.time_s:
+            self._learn(self._awaiting.popleft())
 
     def correct(
         self, u1: Reference, trajectory: Trajectory, time_s: float, state: VehicleState
     ) -> OnlineStep:
         """The correction for u1 at `time_s` on the trajectory (s), the vehicle being in `state`."""
-        step = self._step(u1, trajectory, time_s, state)
-        predicted = self._model.predict(step)
-        alpha = adaptation_gain(self.settings.gain, predicted.gradient)
-        u2 = alpha * predicted.error if len(self._model) else np.zeros(3)
-        velocity: Vec3 = np.zeros(3)
-        if self.settings.velocity == "finite_difference":
-            velocity = velocity_correction(u2, self._previous_u2, self.settings.sample_time_s)
+        predicted = self._model.predict(self._step(u1, trajectory, time_s, state))
+        if not len(self._model):
+            return OnlineStep(Correction(), predicted, np.zeros(3))
+        self._confidence.expect(predicted.error)
+        self._velocity_confidence.expect(predicted.velocity_error)
+        alpha = self._confidence.share * adaptation_gain(self.settings.gain, predicted.gradient)
+        u2 = alpha * predicted.error
+        velocity = self._velocity_correction(u2, predicted)
         self._previous_u2 = u2
         return OnlineStep(Correction(u2, velocity), predicted, alpha)
 
     def sent(self, reference: Reference, trajectory: Trajectory, time_s: float, state: VehicleState) -> None:
-        """Remember what was sent at `state`, until it is known where it led."""
-        self._awaiting.append((state.time_s, self._step(reference, trajectory, time_s, state)))
+        """Remember what was sent at `state`, and what is expected of it, until it is known where it led."""
+        step = self._step(reference, trajectory, time_s, state)
+        self._awaiting.append(_Sent(state.time_s, step, self._model.predict(step)))
+
+    def _learn(self, sent: "_Sent") -> None:
+        preview = self.settings.preview
+        position = self._flown.position(sent.time_s, preview.position_s)
+        velocity = self._flown.velocity(sent.time_s, preview.velocity_s)
+        if self._model.learn(sent.step, position, velocity):
+            self._confidence.compare(position - sent.predicted.position)
+            self._velocity_confidence.compare(velocity - sent.predicted.velocity)
+
+    def _velocity_correction(self, u2: Vec3, predicted: PredictedError) -> Vec3:
+        match self.settings.velocity:
+            case "finite_difference":
+                return velocity_correction(u2, self._previous_u2, self.settings.sample_time_s)
+            case "predicted":
+                gain = self._velocity_confidence.share * self.settings.velocity_gain
+                return gain * predicted.velocity_error
+            case "uncorrected":
+                return np.zeros(3)
 
     def _step(self, u: Reference, trajectory: Trajectory, time_s: float, state: VehicleState) -> Step:
         desired = desired_ahead(trajectory, time_s, self.settings.preview)
         return Step(state_of(state), u.position, u.velocity, *desired)
 
 
-class PositionHistory:
-    """Where the vehicle was during the last `span_s` seconds, at any instant between."""
+@dataclass(frozen=True, slots=True, eq=False)
+class _Sent:
+    """A step that was sent at `time_s` (s), and what the model expected of it."""
+
+    time_s: float
+    step: Step
+    predicted: PredictedError
+
+
+class MotionHistory:
+    """Where the vehicle was and how fast, at any instant of the last `span_s` seconds."""
 
     def __init__(self, span_s: float) -> None:
         self._span_s = span_s
         self._times: list[float] = []
-        self._positions: list[Vec3] = []
+        self._motions: list[Float[Array, "6"]] = []
 
-    def append(self, time_s: float, position: Vec3) -> None:
-        """Take in the newest position (m, NED); times rise."""
-        self._times.append(time_s)
-        self._positions.append(position)
-        if self._times[0] < time_s - 2.0 * self._span_s:  # rarely, so that it costs little
-            kept = bisect_left(self._times, time_s - self._span_s)
-            del self._times[:kept], self._positions[:kept]
+    def append(self, state: VehicleState) -> None:
+        """Take in the newest state; times rise."""
+        self._times.append(state.time_s)
+        self._motions.append(np.concatenate((state.position, state.velocity)))
+        if self._times[0] < state.time_s - 2.0 * self._span_s:  # rarely, so that it costs little
+            kept = bisect_left(self._times, state.time_s - self._span_s)
+            del self._times[:kept], self._motions[:kept]
 
-    def at(self, time_s: float) -> Vec3:
-        """The position at `time_s` (s), linear between two states; NaN where none are near enough."""
+    def position(self, time_s: float, leads_s: Leads) -> Vec3:
+        """Each axis of the position (m) its own lead after `time_s`; NaN where no states are near enough."""
+        return np.array([self._at(time_s + lead_s)[axis] for axis, lead_s in enumerate(leads_s)])
+
+    def velocity(self, time_s: float, leads_s: Leads) -> Vec3:
+        """The same of the velocity (m/s)."""
+        return np.array([self._at(time_s + lead_s)[3 + axis] for axis, lead_s in enumerate(leads_s)])
+
+    def _at(self, time_s: float) -> Float[Array, "6"]:
+        """Linear between two states."""
         after = bisect_left(self._times, time_s)
         if after == len(self._times) or (after == 0 and self._times[0] > time_s):
-            return np.full(3, np.nan)
+            return _UNKNOWN
         if self._times[after] == time_s:
-            return self._positions[after]
+            return self._motions[after]
         gap_s = self._times[after] - self._times[after - 1]
         if gap_s > _LONGEST_GAP_S:
-            return np.full(3, np.nan)
+            return _UNKNOWN
         share = (time_s - self._times[after - 1]) / gap_s
-        return (1.0 - share) * self._positions[after - 1] + share * self._positions[after]
+        return (1.0 - share) * self._motions[after - 1] + share * self._motions[after]

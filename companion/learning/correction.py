@@ -1,6 +1,5 @@
 """From the predicted error to the correction of the reference: u2(k) = α e_p(k+r) (Eqn. adaptationForm)."""
 
-import math
 from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
@@ -56,18 +55,48 @@ def estimated_gain(error_gradient: Vec3, least: float, most: float) -> Vec3:
     return np.maximum(inverse, least)
 
 
-def correction(predicted_error: Vec3, alpha: Vec3, limit_m: float) -> Vec3:
-    """u2 = α e_p (m), shortened to `limit_m` where it is longer; zero if it is not finite."""
-    u2 = alpha * predicted_error
-    length = math.hypot(*u2)
-    if not math.isfinite(length):
-        return np.zeros(3)
-    return u2 if length <= limit_m else u2 * (limit_m / length)
-
-
 def velocity_correction(u2: Vec3, previous_u2: Vec3, sample_time_s: float) -> Vec3:
     """Correction of the velocity reference (m/s): first-order finite difference of u2.
 
     As in the paper's section "Online Learning for Bebop".
     """
     return (u2 - previous_u2) / sample_time_s
+
+
+FIRST_INNOVATION = 1e-3
+"""Assumed on each axis before there is any (m or m/s)."""
+
+
+class Confidence:
+    """How much of the predicted errors is real: their mean square against that of the innovations.
+
+    share = E[e_p²] / (E[e_p²] + caution · E[(y − ŷ)²]), running means over about `memory` steps of the sums
+    over the axes. Where what the model expects comes true but for a small part, the share is nearly 1;
+    where sensor noise or gusts make up what it expects, the correction shrinks instead of amplifying them.
+    """
+
+    def __init__(self, caution: float, memory: int) -> None:
+        self._caution = caution
+        self._memory = memory
+        self._expected = 0.0
+        self._innovation = 3.0 * FIRST_INNOVATION**2
+
+    @property
+    def share(self) -> float:
+        """From 0 (nothing known yet) to 1; always 1 without caution."""
+        if self._caution == 0.0:
+            return 1.0
+        return self._expected / (self._expected + self._caution * self._innovation)
+
+    def expect(self, error: Vec3) -> None:
+        """An error was predicted (m or m/s)."""
+        self._expected += (_finite_square(error) - self._expected) / self._memory
+
+    def compare(self, innovation: Vec3) -> None:
+        """What was predicted came, but for the innovation y − ŷ (m or m/s)."""
+        self._innovation += (_finite_square(innovation) - self._innovation) / self._memory
+
+
+def _finite_square(vector: Vec3) -> float:
+    square = float(vector @ vector)
+    return square if np.isfinite(square) else 0.0

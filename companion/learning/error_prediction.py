@@ -1,17 +1,16 @@
 """The online model of Remark 1: what tracking error will the reference u1 lead to, one preview from now?
 
 Its forms differ in two things only: what the process sees, and the point from which it counts the position
-y(k+r) that it learns to predict. The error is what remains to y_d(k+r).
+and velocity y(k+r) that it learns to predict. The error is what remains to y_d(k+r).
 
 | form | inputs ξ | counts from | |
 |-|-|-|-|
 | `error` | x(k), u(k), y_d(k+r) | y_d(k+r) | Remark 1: learns y − y_d, the error with its sign turned |
 | `position` | I2 | the origin | the paper's flights: learns p_a(k+r), then subtracts it |
-| `displacement` | v, θ, ω, p_r − p_a, v_r | p_a(k) | learns the way to be flown during the preview |
+| `displacement` | I2 relative to p_a(k) | x(k) | learns the change during the preview |
 
 With a zero prior mean `position` pulls an ignorant prediction to the map's origin, however far away that is;
 `displacement` pulls it to where the vehicle is, and what it learns in one place holds in any other.
-Velocity errors, the other half of O2, are not predicted: the paper too derives them from the positions.
 """
 
 from collections.abc import Callable, Mapping
@@ -24,7 +23,7 @@ from jaxtyping import Float
 
 from companion.arrays import Array, Vec3
 from companion.learning.features import ERROR_INPUTS, error_inputs
-from companion.learning.gaussian_process import Kernel, SlidingWindow, fit, predict
+from companion.learning.gaussian_process import Kernel, Posterior, SlidingWindow, fit, predict
 
 
 class Step(NamedTuple):
@@ -55,34 +54,44 @@ class Form(NamedTuple):
     """
 
     inputs: Callable[[Step], Float[Array, " d"]]
-    origin: Callable[[Step], Vec3]
+    origin: Callable[[Step], Float[Array, "6"]]
     reference: slice
     size: int
 
 
-def _relative_inputs(step: Step) -> Float[Array, "15"]:
-    return np.concatenate((step.state[3:], step.reference_position - step.state[:3], step.reference_velocity))
+def _desired(step: Step) -> Float[Array, "6"]:
+    return np.concatenate((step.desired_position, step.desired_velocity))
+
+
+def _relative_inputs(step: Step) -> Float[Array, "21"]:
+    here = step.state[:3]
+    return np.concatenate(
+        (
+            *(step.state[3:], step.reference_position - here, step.reference_velocity),
+            *(step.desired_position - here, step.desired_velocity),
+        )
+    )
 
 
 FORMS: Mapping[FormName, Form] = MappingProxyType(
     {
         "error": Form(
-            inputs=lambda step: np.concatenate((step.state, step.reference_position, step.desired_position)),
-            origin=lambda step: step.desired_position,
+            inputs=lambda step: error_inputs(*step),
+            origin=_desired,
             reference=slice(12, 15),
-            size=18,
+            size=24,
         ),
         "position": Form(
             inputs=lambda step: error_inputs(*step),
-            origin=lambda step: np.zeros(3),
+            origin=lambda step: np.zeros(6),
             reference=slice(12, 15),
             size=len(ERROR_INPUTS),
         ),
         "displacement": Form(
             inputs=_relative_inputs,
-            origin=lambda step: step.state[:3],
+            origin=lambda step: step.state[:6],
             reference=slice(9, 12),
-            size=15,
+            size=21,
         ),
     }
 )
@@ -93,14 +102,18 @@ class PredictedError:
     """What the online model expects of one step.
 
     Attributes:
-        error: e_p(k+r) = y_d(k+r) − ŷ(k+r) (m).
+        error: e_p(k+r) = y_d(k+r) − ŷ(k+r), of the position (m).
+        velocity_error: the same of the velocity (m/s).
         position: ŷ(k+r) (m).
-        variance: of the position, the same for each axis (m²).
+        velocity: its velocity (m/s).
+        variance: of each of them, in their own unit squared.
         gradient: ∂F/∂u1 = ∂e_p/∂u1, row: error, column: reference position.
     """
 
     error: Vec3
+    velocity_error: Vec3
     position: Vec3
+    velocity: Vec3
     variance: float
     gradient: Float[Array, "3 3"]
 
@@ -111,28 +124,36 @@ class ErrorModel:
     def __init__(self, form: FormName, kernel: Kernel, window: int) -> None:
         self._form = FORMS[form]
         self._kernel = kernel
-        self._window = SlidingWindow(window, inputs=self._form.size, outputs=3)
+        self._window = SlidingWindow(window, inputs=self._form.size, outputs=6)
+        self._posterior: Posterior | None = None
 
     def __len__(self) -> int:
         """How many observations it rests on."""
         return len(self._window)
 
-    def learn(self, step: Step, flown_position: Vec3) -> bool:
-        """Take in that `step` (with the reference as sent) led to y(k+r); False if that is not finite."""
-        return self._window.append(self._form.inputs(step), flown_position - self._form.origin(step))
+    def learn(self, step: Step, flown_position: Vec3, flown_velocity: Vec3) -> bool:
+        """Take in where `step` (with the reference as sent) led to; False if that is not finite."""
+        self._posterior = None
+        flown = np.concatenate((flown_position, flown_velocity))
+        return self._window.append(self._form.inputs(step), flown - self._form.origin(step))
 
     def predict(self, step: Step) -> PredictedError:
         """The error that `step` leads to; NaN, never an exception, if the step is not finite."""
-        posterior = fit(self._window.inputs, self._window.outputs, self._kernel)
-        prediction = predict(posterior, self._form.inputs(step))
-        position = self._form.origin(step) + prediction.mean
+        if self._posterior is None:
+            self._posterior = fit(self._window.inputs, self._window.outputs, self._kernel)
+        prediction = predict(self._posterior, self._form.inputs(step))
+        flown = self._form.origin(step) + prediction.mean
+        position, velocity = flown[:3], flown[3:]
         return PredictedError(
             error=step.desired_position - position,
+            velocity_error=step.desired_velocity - velocity,
             position=position,
+            velocity=velocity,
             variance=prediction.variance,
-            gradient=-prediction.gradient[:, self._form.reference],
+            gradient=-prediction.gradient[:3, self._form.reference],
         )
 
     def forget(self) -> None:
         """Start anew, as after a gap in the telemetry."""
         self._window.clear()
+        self._posterior = None

@@ -2,9 +2,9 @@
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, PositiveFloat
+from pydantic import BaseModel, ConfigDict, Field, NonNegativeFloat, PositiveFloat
 
-from companion.learning.correction import ConstantGain, Gain
+from companion.learning.correction import ConstantGain, Gain, GainValue
 from companion.learning.error_prediction import FormName
 from companion.learning.features import Preview
 from companion.learning.gaussian_process import Kernel
@@ -20,8 +20,11 @@ class OnlineSettings(BaseModel):
         kernel: l, σ1² and σ2².
         form: what the process predicts (`error_prediction`).
         gain: α, constant or estimated.
-        velocity: how the reference velocity follows u2: by its finite difference, or not at all.
-        limit_m: longest correction u2 (m).
+        velocity: how the reference velocity is corrected: by the finite difference of u2, by the predicted
+            velocity error times `velocity_gain`, or not at all.
+        velocity_gain: see there.
+        caution: how much an innovation counts against a predicted error (`correction.Confidence`); 0: not.
+        memory: steps over which that is judged.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -32,8 +35,10 @@ class OnlineSettings(BaseModel):
     kernel: Kernel
     form: FormName
     gain: Gain
-    velocity: Literal["finite_difference", "uncorrected"]
-    limit_m: PositiveFloat = 1.0
+    velocity: Literal["finite_difference", "predicted", "uncorrected"]
+    velocity_gain: GainValue = 0.0
+    caution: NonNegativeFloat = 0.0
+    memory: Annotated[int, Field(ge=1, le=100_000)] = 100
 
 
 PAPER = OnlineSettings(
@@ -49,11 +54,14 @@ PAPER = OnlineSettings(
 
 DEFAULT = OnlineSettings(
     sample_time_s=1 / 50,
-    preview=Preview.of_time(0.36),
-    window=40,
+    preview=Preview.of_time(0.1),
+    window=100,
     kernel=Kernel(prior_variance=1.0, length_scale=20.0, noise_variance=2e-5),
     form="displacement",
-    gain=ConstantGain(alpha=(3.0, 3.0, 3.0)),
-    velocity="uncorrected",
+    gain=ConstantGain(alpha=(12.0, 12.0, 12.0)),
+    velocity="predicted",
+    velocity_gain=3.0,
+    caution=10.0,
 )
-"""Ours: seven times the paper's rate, so that the window spans the last second."""
+"""Ours: a short preview, at which a small predicted error says much, and gains to match, kept in check by how
+well the model has predicted; see docs/decisions.md."""

@@ -25,8 +25,13 @@ from companion.learning.inverse_network import (
     output_scaling,
     propagated,
 )
-from companion.learning.training_data import constant_lag, training_pairs
+from companion.learning.training_data import constant_lag, displaced, training_pairs
 from companion.recording.series import Recording
+
+PREVIEW = Preview(position_s=(0.05, 0.05, 0.0), velocity_s=(0.25, 0.25, 0.12))
+"""Short ones for the position, which then shows where the vehicle is beside its path, and for the velocity
+about the lag of a small multirotor's attitude, which is shorter for the thrust; see docs/decisions.md."""
+SAMPLE_TIME_S = 0.02
 
 HIDDEN_LAYERS = (128, 128, 128, 128)
 
@@ -67,7 +72,8 @@ def train_inverse_network(
         InputError: too little usable data, or torch is missing.
     """
     inputs, outputs = training_pairs(recording, preview, sample_time_s)
-    fit = train(inputs, outputs, seed=seed, progress=progress)
+    samples = displaced(inputs, outputs, np.random.default_rng(seed))
+    fit = train(*samples, seed=seed, progress=progress)
     card = ModelCard(
         inputs=INVERSE_INPUTS,
         outputs=INVERSE_OUTPUTS,

@@ -24,6 +24,12 @@ FEWEST_PAIRS = 200
 
 LONGEST_LAG_S = 2.0
 
+COPIES = 4
+DISPLACEMENT_M = 0.2
+"""Standard deviation on each axis, about that of a tracking error."""
+TILT_NOISE_RAD = 0.03
+"""Standard deviation; a few times an estimator's."""
+
 
 def training_pairs(
     recording: Recording, preview: Preview, sample_time_s: float
@@ -57,6 +63,24 @@ def training_pairs(
             "fly longer, or mend the gaps in its telemetry"
         )
     return inputs[usable], outputs[usable]
+
+
+def displaced(
+    inputs: Float[Array, "n 12"], outputs: Float[Array, "n 6"], rng: np.random.Generator
+) -> tuple[Float[Array, "m 12"], Float[Array, "m 6"]]:
+    """The samples, each `COPIES` times in a row, with the vehicle beside its path, and its tilt uncertain.
+
+    In training, what is desired is what was flown, so that no sample shows the vehicle beside its path: a
+    network would have no answer to a position error, and could not tell it from speed. Here desired and
+    reference position stay while the vehicle is moved: the source's own position loop acts, as it would.
+    Noise on the tilt keeps the network from repeating what the vehicle is about to do anyway.
+    """
+    inputs, outputs = np.repeat(inputs, COPIES, axis=0), np.repeat(outputs, COPIES, axis=0)
+    beside = rng.normal(scale=DISPLACEMENT_M, size=(len(inputs), 3))
+    inputs[:, 0:3] -= beside
+    outputs[:, 0:3] -= beside
+    inputs[:, 6:8] += rng.normal(scale=TILT_NOISE_RAD, size=(len(inputs), 2))
+    return inputs, outputs
 
 
 def constant_lag(recording: Recording) -> float:

@@ -13,9 +13,15 @@ from companion.trajectory.trajectory import Trajectory
 
 SPEED_M_S = 2.0
 """Peak speed where none is asked for."""
+LIMITS = Limits(speed_m_s=SPEED_M_S, acceleration_m_s2=7.0, jerk_m_s3=80.0)
+"""Jerkier than what is tracked: where all is smooth, the vehicle's state alone tells the reference, and a
+network would learn to repeat what the vehicle does instead of how to make it do something else."""
 
-_SINUSOIDS = 6
+_SINUSOIDS = 10
 """How many to each axis."""
+_FASTEST_HZ = 2.0
+_SHARE_OF_ACCELERATION = 0.2
+"""Of the limit, for any one sinusoid."""
 _SAMPLE_S = 0.02
 
 
@@ -28,13 +34,14 @@ def training_sinusoids(
     """Sums of sinusoids on all axes, from rest to rest, as large as box and limits allow.
 
     Training on 400 s of three-dimensional sinusoids is the paper's (section VII). Here the sinusoids of an
-    axis have about equal speeds, and frequencies spread over a range, at random within it.
+    axis have about equal speeds as far as acceleration allows, and frequencies spread over a range, at
+    random within it.
 
     Args:
         duration_s: from the first to the last instant (s).
         box_m: sides of the box (m) along north, east and up. Its floor is `LOWEST_M` above takeoff and
             has its middle at north 0, east 0.
-        limits: the usual ones by default, with `SPEED_M_S` where no speed is asked for.
+        limits: by default `LIMITS`; `SPEED_M_S` where no speed is asked for.
         seed: of frequencies, amplitudes and phases.
 
     Raises:
@@ -42,7 +49,7 @@ def training_sinusoids(
     """
     if not all(0.0 < side < np.inf for side in box_m):
         raise InputError(f"training box {box_m}: give three positive sides in metres")
-    allowed = (limits or Limits()).peaks(usual_speed_m_s=SPEED_M_S)
+    allowed = (limits or LIMITS).peaks(usual_speed_m_s=SPEED_M_S)
     window_s = window_to_reach(allowed.speed_m_s, allowed)
     if not duration_s > 2.0 * window_s:
         raise InputError(f"training of {duration_s} s is too short: give more than {2.0 * window_s:.1f} s")
@@ -56,14 +63,13 @@ def training_sinusoids(
 def _sinusoids(times: Times, box: Vec3, allowed: Peaks, rng: np.random.Generator) -> Vec3s:
     """The sums around 0 (NED), in proportion to each axis's own top speed."""
     speed = np.array([allowed.speed_m_s, allowed.speed_m_s, min(allowed.up_m_s, allowed.down_m_s)])
-    # Sinusoids that share a speed v fill a side b if the slowest has about v / (8 b) Hz, and have
-    # an acceleration a if the fastest has about a / (π v) Hz.
-    fastest = allowed.acceleration_m_s2 / (np.pi * allowed.speed_m_s)
-    slowest = np.minimum(speed / (8.0 * box), 0.25 * fastest)
+    # Sinusoids that share a speed v fill a side b if the slowest has about v / (8 b) Hz.
+    slowest = np.minimum(speed / (8.0 * box), 0.25 * _FASTEST_HZ)
     shape = (_SINUSOIDS, 3)
     octaves = (np.arange(_SINUSOIDS)[:, None] + rng.uniform(-0.5, 0.5, shape)) / (_SINUSOIDS - 1)
-    omegas = 2.0 * np.pi * slowest * (fastest / slowest) ** octaves
-    amplitudes = rng.uniform(0.7, 1.3, shape) * speed / omegas
+    omegas = 2.0 * np.pi * slowest * (_FASTEST_HZ / slowest) ** octaves
+    speeds = np.minimum(speed, _SHARE_OF_ACCELERATION * allowed.acceleration_m_s2 / omegas)
+    amplitudes = rng.uniform(0.7, 1.3, shape) * speeds / omegas
     phases = rng.uniform(0.0, 2.0 * np.pi, shape)
     waves = amplitudes * np.sin(omegas * times[:, None, None] + phases)
     return np.asarray(waves.sum(axis=1))

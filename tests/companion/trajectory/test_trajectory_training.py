@@ -13,13 +13,14 @@ def test_keeps_to_box_time_and_limits(box_m: tuple[float, float, float], speed_m
     trajectory = training_sinusoids(60.0, box_m, limits)
     assert trajectory.duration_s == pytest.approx(60.0)
     reached = stretches(peaks_of(trajectory), limits.peaks(SPEED_M_S))
-    assert max(reached.values()) == pytest.approx(1.0, abs=0.05)
     assert max(reached.values()) <= 1.0 + 1e-9
     position = trajectory.sample(np.linspace(0.0, 60.0, 6001)).position
     north, east, up = (0.5 * side + 1e-3 for side in box_m)
     assert np.abs(position[:, 0]).max() <= north
     assert np.abs(position[:, 1]).max() <= east
     assert np.abs(-position[:, 2] - 1.5 - 0.5 * box_m[2]).max() <= up
+    fills_the_box = np.isclose(np.ptp(position, axis=0), box_m, rtol=0.01).all()
+    assert fills_the_box or max(reached.values()) == pytest.approx(1.0, abs=0.05)
 
 
 def test_is_rich_on_every_axis() -> None:
