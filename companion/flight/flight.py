@@ -252,9 +252,10 @@ async def _hand_over(autopilot: Autopilot, telemetry: Telemetry, note: Announce)
     """Leave a vehicle that may be flying in a hold, if it still listens to us."""
     if not telemetry.status.armed:
         return
+    note("telling the vehicle to hold")
     try:
         async with asyncio.timeout(_HAND_OVER_S):
             await autopilot.hold()
-        note("handed over in a hold")
+        note("the vehicle holds")
     except (ImpromptuError, TimeoutError) as error:
         note(f"could not be told to hold ({error}): without setpoints its own failsafe acts")
