@@ -89,7 +89,7 @@ class TamperedLink:
     def pilot_switches_to(self, mode: tuple[int, int]) -> None:
         """Have a ground station on the same vehicle change its mode."""
         command = mavlink.MAVLink_command_long_message(
-            1, 1, mavlink.MAV_CMD_DO_SET_MODE, 0, 1.0, *map(float, mode), 0.0, 0.0, 0.0, 0.0
+            1, 1, mavlink.MAV_CMD_DO_SET_MODE, 0, 1.0, mode[0], mode[1], 0.0, 0.0, 0.0, 0.0
         )
         self._transport.send(command.pack(self._pilot))
 

@@ -57,7 +57,7 @@ def without(*kinds: type[Message]) -> Callable[[Any], Message | None]:
     return lambda message: None if isinstance(message, kinds) else message
 
 
-def not_a_number(message: Any) -> Message:
+def not_a_number(message: Message) -> Message:
     if isinstance(message, mavlink.MAVLink_local_position_ned_message):
         message.x = math.nan
     return message
@@ -151,19 +151,24 @@ def test_cancelling_leaves_a_hold_and_no_task(phase: str) -> None:
     pilots: list[Pilot] = []
 
     async def flight() -> None:
+        this_task = asyncio.current_task()
+        assert this_task is not None
         async with connected(link) as pilot:
             pilots.append(pilot)
-            pilot.on_announce = lambda text: flying.cancel() if text.startswith(phase) else None
+
+            def announced(text: str) -> None:
+                if text.startswith(phase):
+                    this_task.cancel()
+
+            pilot.on_announce = announced
             await pilot.fly(FlightPlan(straight()))
 
     async def scenario() -> None:
-        nonlocal flying
         flying = asyncio.create_task(flight())
         with pytest.raises(asyncio.CancelledError):
             await flying
         assert asyncio.all_tasks() == {asyncio.current_task()}
 
-    flying: asyncio.Task[None]
     virtually(scenario())
     assert_held(link, pilots[0])
 
