@@ -126,7 +126,13 @@ def quadrotor(
             flights(on_target),
             report,
             title=f"{target} with the network of {source}",
-            conditions={name: str(value) for name, value in settings.items() if value is not None},
+            conditions={
+                "source": source,
+                "target": target,
+                "conditions": conditions,
+                "preset": preset,
+                "seed": str(seed),
+            },
             commands=[shlex.join(["companion", *sys.argv[1:]])],
         )
         console.print(f"report: {page}", markup=False, highlight=False, soft_wrap=True)

@@ -11,6 +11,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 from rich.progress import track
+from rich.table import Table
 
 from companion.errors import FlightError, ImpromptuError
 from companion.experiments.comparison import Comparison, failures, flights, rms_errors
@@ -26,6 +27,14 @@ from companion.trajectory.placement import Placement
 
 SOURCE, TARGET = "ardrone2", "bebop2"
 DRAWINGS = ("star", "clef", "signature")
+LEGEND: dict[str, str] = {
+    Strategy.BASELINE: "sends position and velocity of the drawing",
+    Strategy.FEEDFORWARD: "sends its acceleration too",
+    Strategy.LOOKAHEAD: "sends position and velocity a constant time early",
+    Strategy.DNN: f"sends what {SOURCE}'s inverse network says",
+    Strategy.GP: "is feedforward, corrected by a model of the last second of flight",
+    Strategy.DNN_GP: "is dnn, corrected likewise",
+}
 
 
 def demo(
@@ -42,17 +51,16 @@ def demo(
     Example: scripts/demo --conditions windy
     """
     console = Console()
+    console.print(_introduction(conditions))
     model = find_model(own_model_name(SOURCE, DEFAULT), DEFAULT)
     drawings = named_trajectories(DRAWINGS, Placement(), limits_within([TARGET], None))
     with console.status("Preparing the simulator; the first time takes half a minute"):
         prepare_simulator([TARGET], conditions)
     with console.status(f"Flying {TARGET} along sinusoids to find the best constant lookahead"):
         lookahead_s = measured_lookahead_s(TARGET, conditions, seed)
-    comparison = Comparison(
-        drawings, transferred(TARGET, list(Strategy), model, lookahead_s), conditions, seed
-    )
-    what = f"Flying {len(drawings)} drawings with {len(comparison.contenders)} strategies"
-    results = dict(track(comparison.fly(), what, len(comparison), console=console, transient=True))
+    contenders = transferred(TARGET, list(Strategy), model, lookahead_s)
+    comparison = Comparison(drawings, contenders, conditions, seed)
+    results = dict(track(comparison.fly(), "Flying", len(comparison), console=console, transient=True))
     if not flights(results):
         raise FlightError(f"not one flight came to its end: {failures(results)[0]}")
 
@@ -70,10 +78,19 @@ def demo(
                 "conditions": conditions,
                 "seed": str(seed),
                 "lookahead": f"{lookahead_s:.2f} s",
+                **LEGEND,
             },
             commands=[f"scripts/demo --conditions {conditions} --seed {seed}"],
         )
     console.print(f"report: {page}", markup=False, highlight=False, soft_wrap=True)
+
+
+def _introduction(conditions: str) -> Table:
+    table = Table.grid(padding=(0, 2))
+    table.title = f"The simulated {TARGET} flies {len(DRAWINGS)} drawings in {conditions} conditions"
+    for strategy, what in LEGEND.items():
+        table.add_row(f"  {strategy}", what)
+    return table
 
 
 if __name__ == "__main__":

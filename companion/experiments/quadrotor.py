@@ -90,8 +90,8 @@ def _own_model(target: str, online: OnlineSettings) -> tuple[Model | None, list[
         return find_model(name, online), []
     except InputError as error:
         how = (
-            f"make one by `companion collect --connect sitl://{target}` and `companion train`, "
-            f"and keep it as config/models/{name}.safetensors"
+            f"make one by `companion collect --connect sitl://{target} --output {name}.mcap` and "
+            f"`companion train {name}.mcap --output config/models/{name}.safetensors`"
         )
         return None, [f"{TARGET_OWN} was not flown: {error}; {how}"]
 
@@ -135,7 +135,7 @@ def _row(trajectory: str, contender: Contender, result: Result) -> dict[str, Any
 
 def summary_table(cells: dict[str, Cell]) -> Table:
     """Means over the trajectories beside the paper's."""
-    table = Table(box=SIMPLE_HEAD, caption="Means over the trajectories; reduction against the baseline")
+    table = Table(box=SIMPLE_HEAD, caption="means over the trajectories")
     table.add_column("")
     for heading in ("RMS (m)", "reduction", "paper's"):
         table.add_column(heading, justify="right")

@@ -1,0 +1,155 @@
+"""The figures of the paper's flights, from results that are made up."""
+
+import numpy as np
+import pytest
+from early_network import early_network
+
+from companion.errors import FlightError, InputError
+from companion.experiments.comparison import Results, flights, means
+from companion.experiments.contenders import (
+    SOURCE_BASELINE,
+    SOURCE_OWN,
+    TARGET_OWN,
+    Model,
+    find_model,
+    own_model_name,
+    transferred,
+    with_own_networks,
+)
+from companion.experiments.flights import Flight
+from companion.experiments.quadrotor import SUMMARY_KEYS, rows_and_summary, summary_table
+from companion.experiments.simulated_flights import Failed, Flown, Result, Scenario
+from companion.flight.approach import rest_at
+from companion.flight.guard import Clip
+from companion.flight.strategies import Strategy
+from companion.learning.online_settings import DEFAULT, PAPER
+from companion.recording.metrics import TrackingAccuracy
+
+MODEL = Model("ardrone2", early_network())
+CONTENDERS = transferred("bebop2", list(Strategy), MODEL, 0.2) | with_own_networks(
+    "ardrone2", MODEL, "bebop2", Model("bebop2", early_network())
+)
+RMS_M = {
+    "baseline": 0.4,
+    "feedforward": 0.2,
+    "lookahead": 0.3,
+    "dnn": 0.1,
+    "gp": 0.05,
+    "dnn+gp": 0.02,
+    SOURCE_BASELINE: 1.0,
+    SOURCE_OWN: 0.25,
+    TARGET_OWN: 0.08,
+}
+
+
+def result(trajectory: str, contender: str, rms_m: float) -> Result:
+    accuracy = TrackingAccuracy(rms_m, np.array([rms_m, 0.0, 0.0]), 2.0 * rms_m)
+    points = np.zeros((3, 3))
+    strategy = CONTENDERS[contender].strategy
+    return Flown(
+        Scenario(rest_at(np.zeros(3), trajectory), strategy),
+        accuracy,
+        TrackingAccuracy(rms_m + 0.01, np.zeros(3), rms_m),
+        Flight(trajectory, strategy, np.arange(3.0), points, points, rms_m),
+        {Clip.DISTANCE: 3} if contender == "dnn" else {},
+    )
+
+
+def results(scale: dict[str, float]) -> dict[tuple[str, str], Result]:
+    """Two trajectories; on the second every error is larger by its scale."""
+    first = {("A", name): result("A", name, rms_m) for name, rms_m in RMS_M.items()}
+    second = {("B", name): result("B", name, rms_m * scale.get(name, 1.0)) for name, rms_m in RMS_M.items()}
+    return first | second
+
+
+def failed(whole: Results, *names: tuple[str, str]) -> Results:
+    return {
+        name: Failed(each.scenario, "it hit a tree") if name in names else each
+        for name, each in whole.items()
+    }
+
+
+def test_keys() -> None:
+    figures = rows_and_summary(CONTENDERS, results({}))
+    assert set(figures) == {"rows", "summary"}
+    assert list(figures["summary"]) == [
+        "baseline_rms_m",
+        "feedforward",
+        "lookahead",
+        "dnn",
+        "gp",
+        "dnn+gp",
+        "target_own_dnn",
+        "source_own_dnn",
+    ]
+    assert set(figures["summary"]["dnn+gp"]) == {"rms_m", "reduction"}
+    assert len(figures["rows"]) == 2 * len(CONTENDERS)
+    assert figures["rows"][3] == {
+        "vehicle": "bebop2",
+        "strategy": "dnn",
+        "model": "ardrone2",
+        "trajectory": "A",
+        "rms_m": 0.1,
+        "rms_estimate_m": 0.11,
+        "rms_axes_m": [0.1, 0.0, 0.0],
+        "max_m": 0.2,
+        "guard": {"setpoint kept near the vehicle": 3},
+        "error": None,
+    }
+
+
+def test_reduction_is_the_mean_over_trajectories_against_the_own_vehicles_baseline() -> None:
+    summary = rows_and_summary(CONTENDERS, results({"baseline": 2.0}))["summary"]
+    assert summary["baseline_rms_m"] == pytest.approx(0.6)
+    assert summary["dnn"] == pytest.approx({"rms_m": 0.1, "reduction": (0.75 + 0.875) / 2})
+    assert summary["target_own_dnn"] == pytest.approx({"rms_m": 0.08, "reduction": (0.8 + 0.9) / 2})
+    assert summary["source_own_dnn"] == pytest.approx({"rms_m": 0.25, "reduction": 0.75})
+
+
+def test_a_failed_flight_is_a_row_with_its_reason_and_leaves_the_means() -> None:
+    figures = rows_and_summary(
+        CONTENDERS, failed(results({"gp": 4.0}), ("A", "gp"), ("A", "dnn"), ("B", "dnn"))
+    )
+    assert figures["rows"][4] == {
+        "vehicle": "bebop2",
+        "strategy": "gp",
+        "model": None,
+        "trajectory": "A",
+        "rms_m": None,
+        "rms_estimate_m": None,
+        "rms_axes_m": None,
+        "max_m": None,
+        "guard": {},
+        "error": "it hit a tree",
+    }
+    assert figures["summary"]["gp"] == pytest.approx({"rms_m": 0.2, "reduction": 0.5})
+    assert figures["summary"]["dnn"] is None
+
+
+def test_without_any_baseline_there_is_nothing_to_tell() -> None:
+    with pytest.raises(FlightError, match="it hit a tree"):
+        rows_and_summary(CONTENDERS, failed(results({}), ("A", "baseline"), ("B", "baseline")))
+
+
+def test_pictures_tell_a_vehicles_own_network_from_the_transferred_one() -> None:
+    assert [flight.strategy for flight in flights(results({}))] == list(RMS_M) * 2
+
+
+def test_the_table_names_everything_that_the_summary_does() -> None:
+    table = summary_table(means(CONTENDERS, results({})))
+    assert tuple(table.columns[0].cells) == SUMMARY_KEYS
+
+
+def test_a_vehicles_model_is_named_after_its_file() -> None:
+    assert own_model_name("bebop2", DEFAULT) == "bebop2"
+    assert own_model_name("./mine.yaml", DEFAULT) == "mine"
+    assert own_model_name("bebop2", PAPER) == "bebop2_paper"
+
+
+def test_only_the_target_with_a_network_of_its_own_flies_with_it() -> None:
+    assert TARGET_OWN not in with_own_networks("ardrone2", MODEL, "bebop2", None)
+
+
+def test_a_model_that_is_not_there_is_refused() -> None:
+    with pytest.raises(InputError, match="ornithopter"):
+        find_model("ornithopter", DEFAULT)
