@@ -11,7 +11,8 @@ from companion.cli import options
 from companion.cli.flying import show
 from companion.learning.features import Preview
 from companion.learning.model_file import save_model
-from companion.learning.training import train_inverse_network
+from companion.learning.online_settings import PAPER
+from companion.learning.training import PREVIEW, SAMPLE_TIME_S, train_inverse_network
 from companion.recording import Recording, read_recording
 
 
@@ -33,14 +34,17 @@ def train(
     Example: companion train ardrone2.mcap --output ardrone2.safetensors
     """
     console = Console()
-    settings = preset.settings
+    if preset is options.Preset.PAPER:
+        usual_preview, sample_time_s = PAPER.preview, PAPER.sample_time_s
+    else:
+        usual_preview, sample_time_s = PREVIEW, SAMPLE_TIME_S
     recording = _named(read_recording(dataset), name)
     options.writable(output)
     with console.status("preparing the samples") as status:
         network = train_inverse_network(
             recording,
-            settings.preview if preview is None else Preview.of_time(preview),
-            settings.sample_time_s,
+            usual_preview if preview is None else Preview.of_time(preview),
+            sample_time_s,
             seed=seed,
             progress=lambda step, error: status.update(f"step {step}, held-out error {error:.4f}"),
         )
