@@ -13,7 +13,7 @@ from companion.flight.guard import GuardLimits
 from companion.flight.guard_file import read_guard_limits
 from companion.learning.inverse_network import InverseNetwork
 from companion.learning.model_file import load_model
-from companion.learning.online_settings import DEFAULT, PAPER, OnlineSettings
+from companion.learning.online_settings import DEFAULT, ESTIMATED, PAPER, OnlineSettings
 from companion.trajectory.limits import Limits
 from companion.trajectory.placement import LOWEST_M, Placement
 
@@ -29,12 +29,13 @@ class Preset(StrEnum):
     """Whose settings of the online correction."""
 
     DEFAULT = "default"
+    ESTIMATED = "estimated"
     PAPER = "paper"
 
     @property
     def settings(self) -> OnlineSettings:
         """The settings."""
-        return PAPER if self is Preset.PAPER else DEFAULT
+        return {Preset.DEFAULT: DEFAULT, Preset.ESTIMATED: ESTIMATED, Preset.PAPER: PAPER}[self]
 
 
 _CONNECT = typer.Option(
@@ -69,7 +70,10 @@ Model: TypeAlias = Annotated[
     str | None, typer.Option(help="Inverse network: a name in config/models, or a file.")
 ]
 PresetOption: TypeAlias = Annotated[
-    Preset, typer.Option(help="Settings of the online correction: ours, or exactly the paper's.")
+    Preset,
+    typer.Option(
+        help="Settings of the online correction: ours (default), ours with the gain that the model estimates, or exactly the paper's."
+    ),
 ]
 Guard: TypeAlias = Annotated[
     Path | None,

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, NonNegativeFloat, PositiveFloat
 
-from companion.learning.correction import ConstantGain, Gain, GainValue
+from companion.learning.correction import ConstantGain, EstimatedGain, Gain, GainValue
 from companion.learning.error_prediction import FormName
 from companion.learning.features import Preview
 from companion.learning.gaussian_process import Kernel
@@ -65,3 +65,6 @@ DEFAULT = OnlineSettings(
 )
 """Ours: a short preview, at which a small predicted error says much, and gains to match, kept in check by how
 well the model has predicted; see docs/decisions.md."""
+
+ESTIMATED = DEFAULT.model_copy(update={"gain": EstimatedGain(least=4.0, most=16.0)})
+"""Ours, with the gain that the online model itself gives at every step (Insight 1)."""
