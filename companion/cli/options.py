@@ -72,7 +72,8 @@ Model: TypeAlias = Annotated[
 PresetOption: TypeAlias = Annotated[
     Preset,
     typer.Option(
-        help="Settings of the online correction: ours (default), ours with the gain that the model estimates, or exactly the paper's."
+        help="Settings of the online correction: ours (default), ours with the gain that the model "
+        "estimates (estimated), or exactly the paper's (paper)."
     ),
 ]
 Guard: TypeAlias = Annotated[
