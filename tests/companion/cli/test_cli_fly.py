@@ -1,0 +1,176 @@
+import json
+import math
+import re
+import signal
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import Run
+
+from companion.bundled import config_directory
+from companion.cli.display import FlightDisplay
+from companion.flight.guard import GuardLimits
+from companion.flight.guard_file import read_guard_limits
+from companion.recording import read_recording
+
+
+@pytest.fixture
+def line(tmp_path: Path) -> Path:
+    """A short trajectory: four seconds, two metres."""
+    file = tmp_path / "line.csv"
+    t = np.linspace(0.0, 4.0, 41)
+    north = 1.0 - np.cos(math.pi * t / 4.0)
+    rows = [f"{time:.2f},{n:.4f},0,-2" for time, n in zip(t, north, strict=True)]
+    file.write_text("\n".join(["t,n,e,d", *rows]))
+    return file
+
+
+def test_a_flight_says_how_closely_it_tracked(companion: Run, line: Path, tmp_path: Path) -> None:
+    result, record = tmp_path / "new" / "flight.json", tmp_path / "flight.mcap"
+    ran = companion(
+        *("fly", line, "--connect", "sitl://bebop2?conditions=realistic&seed=5"),
+        *("--strategy", "feedforward", "--json", result, "--record", record),
+    )
+    assert ran.status == 0, ran.err
+    phases = ("connected to system 1, PX4", "taking off", "settling", "tracking line", "holding", "RMS 0.")
+    positions = [ran.out.index(phase) for phase in phases]
+    assert positions == sorted(positions)
+    assert "vehicle: Takeoff detected" in ran.out
+
+    told = json.loads(result.read_text())
+    assert told["strategy"] == "feedforward"
+    assert told["model"] is None
+    assert told["trajectory"] == "line"
+    assert told["vehicle"]["name"] == "bebop2"
+    assert told["vehicle"]["autopilot"] == "PX4"
+    assert told["vehicle"]["version"]
+    assert told["vehicle"]["system_id"] == 1
+    assert 0.0 < told["rms_m"] <= told["max_m"] < 0.5
+    assert told["rms_m"] == pytest.approx(math.hypot(*told["rms_axes_m"]))
+    assert told["duration_s"] == pytest.approx(4.0, rel=0.2)
+    assert told["clips"] == {}
+    assert {"time_s": 0.0} in [{"time_s": event["time_s"]} for event in told["events"]]
+    assert (told["conditions"], told["seed"]) == ("realistic", 5)
+    assert told["software"]
+
+    recording = read_recording(record)
+    assert recording.provenance.strategy == "feedforward"
+    assert recording.tracking is not None
+
+
+def test_a_dry_run_connects_to_nothing(companion: Run) -> None:
+    ran = companion("fly", "clef", "--dry-run", "--size", 2)
+    assert ran.status == 0
+    assert "down -3.50 to -1.50 m" in ran.out
+    assert "speed 1.20 m/s" in ran.out
+    assert "connecting" not in ran.out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (("clef",), "Give --connect URL"),
+        (("clef", "--connect", "udp://:14540"), "udpin://0.0.0.0:14540"),
+        (("clef", "--connect", "sitl://bebop3"), "known vehicles: "),
+        (("nothing",), "known: clef"),
+        (("clef", "--dry-run", "--strategy", "dnn"), "needs a network: give --model"),
+        (("clef", "--dry-run", "--strategy", "lookahead"), "--lookahead SECONDS"),
+        (("clef", "--dry-run", "--strategy", "gp", "--lookahead", "0.3"), "belongs to strategy lookahead"),
+        (("clef", "--dry-run", "--model", "nothing"), "nothing: no such file"),
+        (("clef", "--dry-run", "--model", "{junk}"), "not a model file"),
+        (("{junk}", "--dry-run"), "junk.csv"),
+        (("clef", "--dry-run", "--speed", "-1"), "limit speed_m_s is -1"),
+        (("clef", "--dry-run", "--origin", "60", "0"), "leaves the fence by 10.39 m (north_m"),
+        (("clef", "--dry-run", "--guard", "{guard}"), "guard.yaml: fence.altitude_m.0: "),
+        (("clef", "--connect", "sitl://bebop2", "--json", "{junk}/x.json"), "cannot be written"),
+        (("clef", "--dry-run", "--preset", "ours"), "'ours' is not one of"),
+    ],
+)
+def test_wrong_use_is_told_before_anything_flies(
+    companion: Run, tmp_path: Path, arguments: tuple[str, ...], expected: str
+) -> None:
+    junk, guard = tmp_path / "junk.csv", tmp_path / "guard.yaml"
+    junk.write_text("x,y\n0,0\n")
+    guard.write_text("fence:\n  altitude_m: [low, 20]\n")
+    ran = companion("fly", *(argument.format(junk=junk, guard=guard) for argument in arguments))
+    assert ran.status == 2
+    assert expected in ran.err
+    assert "Traceback" not in ran.err
+    assert "arming" not in ran.out
+
+
+def test_what_cannot_be_reached_is_a_failure(companion: Run) -> None:
+    ran = companion("fly", "clef", "--connect", "tcpout://127.0.0.1:1")
+    assert ran.status == 1
+    assert "nothing listens there" in ran.err
+
+
+def test_the_fence_of_a_file_ends_a_flight_before_it_begins(companion: Run, tmp_path: Path) -> None:
+    guard = tmp_path / "guard.yaml"
+    guard.write_text("fence: {altitude_m: [0.5, 3.0]}")
+    ran = companion("fly", "clef", "--connect", "sitl://bebop2", "--guard", guard)
+    assert ran.status == 2
+    assert "leaves the fence by 1.50 m (altitude_m [0.5, 3.0])" in ran.err
+
+
+def test_a_flight_that_fails_leaves_its_recording(companion: Run, line: Path, tmp_path: Path) -> None:
+    guard, record = tmp_path / "guard.yaml", tmp_path / "flight.mcap"
+    guard.write_text("tracking_error_m: 0.01")
+    ran = companion(
+        *("fly", line, "--connect", "sitl://bebop2", "--strategy", "baseline"),
+        *("--guard", guard, "--record", record),
+    )
+    assert ran.status == 1
+    assert "m from where it should be (limit 0.01 m)" in ran.err
+    assert "the vehicle holds" in ran.out
+    recording = read_recording(record)
+    assert len(recording.states.time_s) > 100
+    assert any("limit 0.01 m" in text for _, text in recording.events)
+
+
+def test_ctrl_c_ends_a_flight_in_a_hold(
+    companion: Run, line: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def press(display: FlightDisplay, share: float, error_m: float) -> None:
+        if share > 0.5:
+            signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(FlightDisplay, "progress", press)
+    record = tmp_path / "flight.mcap"
+    ran = companion("fly", line, "--connect", "sitl://bebop2", "--record", record)
+    assert ran.status == 130
+    assert "the vehicle holds" in ran.out
+    assert "stopped" in ran.out
+    assert any(text == "stopped" for _, text in read_recording(record).events)
+
+
+def test_the_vehicles_own_vertical_limits_count(companion: Run, tmp_path: Path) -> None:
+    vehicle, drawing, result = (tmp_path / name for name in ("slow.yaml", "up.csv", "flight.json"))
+    vehicle.write_text(
+        (config_directory() / "vehicles" / "bebop2.yaml").read_text()
+        + "\npx4_parameters: {MPC_Z_VEL_MAX_UP: 0.5}\n"
+    )
+    drawing.write_text("t,x,y,z\n0,0,0,2\n1,0,0,2.5\n2,0,0,3\n")
+    ran = companion("fly", drawing, "--connect", f"sitl://{vehicle}", "--json", result)
+    assert ran.status == 0, ran.err
+    announced_s = float(re.findall(r"1.00 m in ([\d.]+) s", ran.out)[0])
+    assert json.loads(result.read_text())["duration_s"] > 1.0 / (0.8 * 0.5) > announced_s
+
+
+def test_the_guard_file_shows_the_defaults() -> None:
+    assert read_guard_limits(config_directory() / "guard.yaml") == GuardLimits()
+
+
+def test_an_empty_guard_file_changes_nothing(tmp_path: Path) -> None:
+    file = tmp_path / "guard.yaml"
+    file.write_text("# nothing\n")
+    assert read_guard_limits(file) == GuardLimits()
+
+
+def test_a_misspelt_key_is_named(companion: Run, tmp_path: Path) -> None:
+    file = tmp_path / "guard.yaml"
+    file.write_text("tracking_eror_m: 1\n")
+    ran = companion("fly", "clef", "--dry-run", "--guard", file)
+    assert ran.status == 2
+    assert "tracking_eror_m: no such key" in ran.err

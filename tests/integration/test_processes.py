@@ -1,0 +1,50 @@
+"""`companion sitl` and `companion fly` as a newcomer runs them: two processes, UDP between them, Ctrl-C."""
+
+import asyncio
+import signal
+import sys
+from asyncio.subprocess import PIPE, Process
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+import pytest
+
+SYSTEM_ID = 97  # ports of its own, away from those of a simulator that a developer may have running
+PORT = 14540 + SYSTEM_ID - 1
+
+
+@asynccontextmanager
+async def companion(*arguments: str) -> AsyncIterator[Process]:
+    program = "from companion.cli import main; main()"
+    process = await asyncio.create_subprocess_exec(sys.executable, "-c", program, *arguments, stdout=PIPE)
+    try:
+        yield process
+    finally:
+        if process.returncode is None:
+            process.kill()
+            await process.wait()
+
+
+async def line_with(text: str, process: Process) -> str:
+    assert process.stdout is not None
+    while line := (await process.stdout.readline()).decode():
+        if text in line:
+            return line
+    raise AssertionError(f"it ended without saying {text!r}")
+
+
+@pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])
+async def test_a_flight_that_is_stopped_leaves_the_vehicle_in_a_hold(stop: signal.Signals) -> None:
+    serve = ("sitl", "--system-id", str(SYSTEM_ID), "--speed", "4")
+    fly = ("fly", "star", "--connect", f"udpin://127.0.0.1:{PORT}")
+    async with companion(*serve) as vehicle, companion(*fly) as flight:
+        await line_with("tracking star", flight)
+        flight.send_signal(stop)
+        await line_with("the vehicle holds", flight)
+        await line_with("stopped", flight)
+        assert await flight.wait() == 130
+        await line_with("mode OFFBOARD", vehicle)
+        await line_with("mode HOLD", vehicle)
+        vehicle.send_signal(stop)
+        await line_with("ended", vehicle)
+        assert await vehicle.wait() == 0
