@@ -1,5 +1,6 @@
 """From a data set to a model to a flight with it."""
 
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -14,9 +15,7 @@ from companion.recording import read_recording
 @pytest.fixture
 def short_training(monkeypatch: pytest.MonkeyPatch) -> None:
     """A network so small that it takes no time."""
-    monkeypatch.setattr(
-        training.train, "__kwdefaults__", training.train.__kwdefaults__ | {"hidden_layers": (8,)}
-    )
+    monkeypatch.setattr(training, "train", partial(training.train, hidden_layers=(8,)))
 
 
 @pytest.mark.usefixtures("short_training")
@@ -48,7 +47,7 @@ def test_collect_train_fly(companion: Run, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [
-        (("--box", "200", "5", "3"), "leaves the fence"),
+        (("--guard", "{guard}"), "leaves the fence"),
         (("--box", "0", "5", "3"), "training box"),
         (("--duration", "1"), "too short"),
         (("--output", "/proc/nothing/data.mcap"), "cannot be written"),
@@ -57,8 +56,10 @@ def test_collect_train_fly(companion: Run, tmp_path: Path) -> None:
 def test_a_data_set_that_cannot_be_flown_is_refused(
     companion: Run, tmp_path: Path, arguments: tuple[str, ...], expected: str
 ) -> None:
+    guard = tmp_path / "guard.yaml"
+    guard.write_text("fence: {altitude_m: [0.5, 3.0]}")
     usual = ("collect", "--connect", "sitl://bebop2", "--output", tmp_path / "data.mcap", "--duration", 20)
-    ran = companion(*usual, *arguments)
+    ran = companion(*usual, *(argument.format(guard=guard) for argument in arguments))
     assert ran.status == 2
     assert expected in ran.err
     assert "arming" not in ran.out
