@@ -18,7 +18,7 @@ from companion.trajectory.placement import Placement
 
 try:
     from companion.experiments.comparison import failures, flights, means, rms_errors
-    from companion.experiments.contenders import SOURCE_BASELINE, SOURCE_OWN, lookahead_of
+    from companion.experiments.contenders import lookahead_of
     from companion.experiments.lasa import BENCHMARK_NAMES
     from companion.experiments.quadrotor import paper_comparison, rows_and_summary, summary_table
     from companion.experiments.report import write_report
@@ -71,10 +71,9 @@ def quadrotor(
 
     Errors are against the truth of the simulation. A flight that fails is a row with its reason.
 
-    Examples:
-        companion bench quadrotor --json quadrotor.json
+    Example: companion bench quadrotor --json quadrotor.json
 
-        companion bench quadrotor --trajectories a.csv b.csv --conditions realistic --report reports/mine
+    Example: companion bench quadrotor --trajectories a.csv b.csv --conditions realistic --report reports/mine
     """
     if json is not None:
         options.writable(json)
@@ -97,11 +96,10 @@ def quadrotor(
     results = dict(track(comparison.fly(), "Flying", len(comparison), console=console, transient=True))
     figures = rows_and_summary(comparison.contenders, results)
     notes += failures(results)
-    on_target = {
-        names: result for names, result in results.items() if names[1] not in (SOURCE_BASELINE, SOURCE_OWN)
-    }
-    console.print(results_table(rms_errors(on_target)))
-    console.print(summary_table(means(comparison.contenders, results)))
+    of_strategies = {names: result for names, result in results.items() if names[1] in list(Strategy)}
+    console.print(
+        results_table(rms_errors(of_strategies)), summary_table(means(comparison.contenders, results))
+    )
     for note in notes:
         console.print(note, style="yellow", markup=False, highlight=False, soft_wrap=True)
     settings = {
@@ -123,16 +121,10 @@ def quadrotor(
         json.write_text(json_format.dumps(result, indent=2) + "\n")
     if report is not None:
         page = write_report(
-            flights(on_target),
+            flights(of_strategies),
             report,
             title=f"{target} with the network of {source}",
-            conditions={
-                "source": source,
-                "target": target,
-                "conditions": conditions,
-                "preset": preset,
-                "seed": str(seed),
-            },
+            conditions={"conditions": conditions, "preset": preset, "seed": str(seed)},
             commands=[shlex.join(["companion", *sys.argv[1:]])],
         )
         console.print(f"report: {page}", markup=False, highlight=False, soft_wrap=True)

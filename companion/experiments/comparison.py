@@ -60,16 +60,19 @@ class Comparison:
 
 def rms_errors(results: Results) -> RmsErrors:
     """RMS error against the truth (m) of each flight that came to its end."""
-    return {names: result.accuracy.rms_m for names, result in results.items() if isinstance(result, Flown)}
+    return {names: flown.accuracy.rms_m for names, flown in _flown(results)}
 
 
 def flights(results: Results) -> list[Flight]:
     """Each flight that came to its end, under its contender's name."""
-    return [
-        replace(result.flight, strategy=contender)
-        for (_, contender), result in results.items()
-        if isinstance(result, Flown)
-    ]
+    return [replace(flown.flight, strategy=contender) for (_, contender), flown in _flown(results)]
+
+
+def _flown(results: Results) -> list[tuple[tuple[str, str], Flown]]:
+    """What came to its end; by contender, so that a failed first flight moves no column of a table."""
+    contenders = list(dict.fromkeys(contender for _, contender in results))
+    flown = [(names, result) for names, result in results.items() if isinstance(result, Flown)]
+    return sorted(flown, key=lambda each: contenders.index(each[0][1]))
 
 
 def failures(results: Results) -> list[str]:

@@ -5,7 +5,7 @@ import pytest
 from early_network import early_network
 
 from companion.errors import FlightError, InputError
-from companion.experiments.comparison import Results, flights, means
+from companion.experiments.comparison import Results, flights, means, rms_errors
 from companion.experiments.contenders import (
     SOURCE_BASELINE,
     SOURCE_OWN,
@@ -18,6 +18,7 @@ from companion.experiments.contenders import (
 )
 from companion.experiments.flights import Flight
 from companion.experiments.quadrotor import SUMMARY_KEYS, rows_and_summary, summary_table
+from companion.experiments.results import strategies_of, trajectories_of
 from companion.experiments.simulated_flights import Failed, Flown, Result, Scenario
 from companion.flight.approach import rest_at
 from companion.flight.guard import Clip
@@ -132,7 +133,14 @@ def test_without_any_baseline_there_is_nothing_to_tell() -> None:
 
 
 def test_pictures_tell_a_vehicles_own_network_from_the_transferred_one() -> None:
-    assert [flight.strategy for flight in flights(results({}))] == list(RMS_M) * 2
+    names = [(flight.strategy, flight.trajectory_name) for flight in flights(results({}))]
+    assert names == [(contender, trajectory) for contender in RMS_M for trajectory in "AB"]
+
+
+def test_a_first_flight_that_fails_moves_no_column() -> None:
+    rms_m = rms_errors(failed(results({}), ("A", "dnn")))
+    assert strategies_of(rms_m) == list(RMS_M)
+    assert trajectories_of(rms_m) == ["A", "B"]
 
 
 def test_the_table_names_everything_that_the_summary_does() -> None:
