@@ -1,0 +1,98 @@
+"""The online module on a vehicle that moves as told, late and too little."""
+
+import numpy as np
+import pytest
+
+from companion.arrays import Vec3
+from companion.flight.online_correction import MotionHistory, OnlineCorrection
+from companion.flight.preview import desired_ahead
+from companion.flight.reference import Reference
+from companion.flight.strategies import position_velocity
+from companion.flight.tracker import Tracker
+from companion.learning.correction import ConstantGain
+from companion.learning.features import Preview
+from companion.learning.online_settings import DEFAULT, PAPER, OnlineSettings
+from companion.state import VehicleState
+from companion.trajectory.trajectory import Trajectory, trajectory_of
+
+STEP_S = 0.02
+LAG_S = 0.5
+
+
+def _wave(duration_s: float = 20.0) -> Trajectory:
+    def motion(time_s: Vec3) -> tuple[Vec3, Vec3, Vec3]:
+        angle = np.outer(time_s, [1.0, 1.3, 0.7])
+        rate = np.array([1.0, 1.3, 0.7])
+        return np.sin(angle), rate * np.cos(angle), -(rate**2) * np.sin(angle)
+
+    return trajectory_of("wave", duration_s, motion)
+
+
+def _state(time_s: float, position: Vec3, velocity: Vec3) -> VehicleState:
+    return VehicleState(time_s, time_s, position, velocity, np.zeros(3), np.zeros(3))
+
+
+def _rms(correction: OnlineCorrection | None) -> float:
+    """Tracking error (m) of a vehicle whose velocity follows the reference with a first-order lag."""
+    trajectory = _wave()
+    tracker = Tracker(trajectory, 0.0, position_velocity, correction)
+    position, velocity = trajectory.at(0.0).position.copy(), np.zeros(3)
+    squares = []
+    for k in range(int(trajectory.duration_s / STEP_S)):
+        state = _state(k * STEP_S, position.copy(), velocity.copy())
+        tracker.observe(state)
+        step = tracker.step(state)
+        sent = step.u1.corrected(step.u2)
+        tracker.sent(sent, state)
+        squares.append(np.sum((position - step.desired.position) ** 2))
+        wanted = (sent.position - position) + 0.6 * sent.velocity
+        velocity += STEP_S / LAG_S * (wanted - velocity)
+        position += STEP_S * velocity
+    return float(np.sqrt(np.mean(squares)))
+
+
+def test_the_correction_takes_away_most_of_the_error() -> None:
+    assert _rms(OnlineCorrection(DEFAULT)) < 0.2 * _rms(None)
+
+
+@pytest.mark.parametrize("form", ["error", "position", "displacement"])
+def test_every_form_helps(form: str) -> None:
+    settings = OnlineSettings.model_validate(
+        DEFAULT.model_dump() | {"form": form, "gain": ConstantGain(alpha=(4.0, 4.0, 4.0))}
+    )
+    assert _rms(OnlineCorrection(settings)) < 0.6 * _rms(None)
+
+
+def test_nothing_is_corrected_before_anything_is_known() -> None:
+    correction, trajectory = OnlineCorrection(PAPER), _wave()
+    state = _state(0.0, np.zeros(3), np.zeros(3))
+    online = correction.correct(Reference(np.ones(3), np.zeros(3)), trajectory, 0.0, state)
+    np.testing.assert_array_equal(online.u2.position, np.zeros(3))
+    np.testing.assert_array_equal(online.u2.velocity, np.zeros(3))
+
+
+def test_a_motion_is_interpolated_but_not_across_gaps() -> None:
+    history = MotionHistory(span_s=10.0)
+    for time_s in (0.0, 0.1, 0.5):
+        history.append(_state(time_s, np.array([time_s, 2.0 * time_s, 0.0]), np.full(3, time_s)))
+    np.testing.assert_allclose(history.position(0.04, (0.0, 0.01, 0.0)), [0.04, 0.10, 0.0])
+    np.testing.assert_allclose(history.velocity(0.1, (0.0, 0.0, 0.0)), np.full(3, 0.1))
+    for unknown_s in (-0.1, 0.3, 0.6):
+        assert np.isnan(history.position(unknown_s, (0.0, 0.0, 0.0))).all()
+
+
+def test_a_long_history_forgets_what_is_too_old() -> None:
+    history = MotionHistory(span_s=1.0)
+    for k in range(1000):
+        history.append(_state(0.01 * k, np.zeros(3), np.zeros(3)))
+    assert np.isnan(history.position(5.0, (0.0, 0.0, 0.0))).all()
+    assert np.isfinite(history.position(9.5, (0.0, 0.0, 0.0))).all()
+
+
+def test_each_axis_is_desired_at_its_own_lead() -> None:
+    trajectory = _wave()
+    preview = Preview(position_s=(0.1, 0.2, 0.3), velocity_s=(0.0, 0.4, 0.5))
+    position, velocity = desired_ahead(trajectory, 2.0, preview)
+    for axis in range(3):
+        assert position[axis] == trajectory.at(2.0 + preview.position_s[axis]).position[axis]
+        assert velocity[axis] == trajectory.at(2.0 + preview.velocity_s[axis]).velocity[axis]
