@@ -77,7 +77,7 @@ def demo(
                 "network of": SOURCE,
                 "conditions": conditions,
                 "seed": str(seed),
-                "lookahead": f"{lookahead_s:.2f} s",
+                "lookahead time": f"{lookahead_s:.2f} s",
                 **LEGEND,
             },
             commands=[f"scripts/demo --conditions {conditions} --seed {seed}"],
