@@ -17,9 +17,10 @@ from companion.errors import LinkError, NoReplyError
 from companion.link.address import Address, parse_address
 from companion.link.dialect import Message, mavlink
 from companion.link.framing import Frame, FrameCounts, FrameSplitter, decode
+from companion.link.opening import open_transport
 from companion.link.status_text import StatusTexts
 from companion.link.tasks import Spawn, background_tasks
-from companion.link.transport import Receiver, Transport, open_transport
+from companion.link.transport import Receiver, Transport
 
 M = TypeVar("M", bound=Message)
 OpenTransport: TypeAlias = Callable[[Receiver], Awaitable[Transport]]

@@ -14,8 +14,8 @@ from companion.errors import LinkError
 from companion.link.address import Serial, TcpIn, TcpOut, UdpIn, UdpOut
 from companion.link.connection import connect
 from companion.link.dialect import mavlink
+from companion.link.opening import open_transport
 from companion.link.stream import StreamTransport
-from companion.link.transport import open_transport
 
 HOST = "127.0.0.1"
 TIMEOUT_S = 10.0
