@@ -41,8 +41,8 @@ class Preset(StrEnum):
 _CONNECT = typer.Option(
     "--connect",
     metavar="URL",
-    help="Where the vehicle is: udpin://HOST:PORT, udpout://HOST:PORT, tcpout://HOST:PORT, "
-    "serial:///dev/ttyAMA0:921600, or sitl://bebop2?conditions=realistic&seed=1.",
+    help="Where the vehicle is: udpin://0.0.0.0:14540, udpout://HOST:PORT, tcpout://HOST:5760, "
+    "serial:///dev/ttyS0:57600, or the built-in one: sitl://bebop2 with ?conditions=windy&seed=1 behind it.",
 )
 Connect: TypeAlias = Annotated[str, _CONNECT]
 ConnectUnlessDry: TypeAlias = Annotated[str | None, _CONNECT]

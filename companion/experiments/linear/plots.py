@@ -61,6 +61,6 @@ def outputs_of_three_strategies(outcome: Outcome) -> Figure:
     axes.plot(time_s, outcome.desired, color="black", linewidth=1.0, linestyle="--", label="desired")
     axes.set_xlabel("time (s)")
     axes.set_ylabel("output $y$")
-    axes.legend(loc="lower left")
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
     axes.grid(alpha=0.3)
     return figure
