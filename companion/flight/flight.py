@@ -167,7 +167,7 @@ async def _take_off(plan: FlightPlan, autopilot: Autopilot, telemetry: Telemetry
     """Get the vehicle into the air unless it is there; its takeoff point (NED, m)."""
     if telemetry.state is None:
         note("waiting until the vehicle knows its position")
-    state = await telemetry.next_state(1e9)
+    state = await telemetry.next_state(_READY_WITHIN_S)
     if not await _until(lambda: telemetry.status.landed is not Landed.UNDEFINED):
         raise FlightError("the vehicle does not tell whether it flies: have it send EXTENDED_SYS_STATE")
     if telemetry.status.landed is not Landed.ON_GROUND:
