@@ -1,6 +1,7 @@
 """One flight from end to end: take off, go to the start, settle, track, and hold or land."""
 
 import asyncio
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TypeAlias
@@ -37,6 +38,12 @@ _POLL_S = 0.05
 _PROGRESS_S = 0.5
 _HAND_OVER_S = 5.0
 """How long handing over may take when a flight ends in trouble."""
+_SETTLED_M = 0.1
+"""This near to the start the vehicle is there."""
+_SETTLED_WITHIN_S = 7.0
+"""If it does not get there, the flight begins all the same: its error is part of what is measured."""
+_LEAD_S = 0.5
+"""From settled to the first instant of the trajectory, in which previews begin to see it."""
 _LAST_TELEMETRY_S = 0.5
 """After the last instant, until the states of that instant have arrived."""
 
@@ -51,7 +58,7 @@ class FlightPlan:
         correction: the online module, or None.
         period_s: between two setpoints (s).
         limits: of the guard.
-        settle_s: time at rest at the start, the strategy already active (s).
+        settle_s: least time at rest at the start, the strategy already active (s).
         takeoff_altitude_m: where a vehicle on the ground is first sent, above its takeoff point (m).
         land: land afterwards instead of holding.
     """
@@ -228,7 +235,10 @@ async def _track(
     stream.follow(approach)
     await clock.sleep_until(approach.end_s)
     note("settling")
-    tracker = Tracker(trajectory, clock.now() + plan.settle_s, plan.law, plan.correction)
+    start = trajectory.at(0.0).position
+    stream.follow(Tracker(rest_at(start), clock.now(), plan.law, plan.correction))
+    await _settle(start, plan.settle_s, telemetry)
+    tracker = Tracker(trajectory, clock.now() + _LEAD_S, plan.law, plan.correction)
     stream.follow(tracker)
     await clock.sleep_until(tracker.start_s)
     note(f"tracking {trajectory.name} for {trajectory.duration_s:.1f} s")
@@ -241,6 +251,16 @@ async def _track(
         await clock.sleep_until(min(now_s + _PROGRESS_S, tracker.end_s))
     await asyncio.sleep(_LAST_TELEMETRY_S)
     return tracker.start_s
+
+
+async def _settle(start: Vec3, at_least_s: float, telemetry: Telemetry) -> None:
+    """Wait until the vehicle is where it starts from: in wind, integrators take their time."""
+    earliest_s, latest_s = clock.now() + at_least_s, clock.now() + at_least_s + _SETTLED_WITHIN_S
+    while (now_s := clock.now()) < latest_s:
+        is_there = telemetry.state is not None and math.dist(telemetry.state.position, start) < _SETTLED_M
+        if is_there and now_s >= earliest_s:
+            return
+        await asyncio.sleep(_POLL_S)
 
 
 async def _until_taken(autopilot: Autopilot) -> None:
