@@ -58,7 +58,8 @@ def fly(
 ) -> None:
     """Take off, go to the start, track the trajectory, hold; and say how closely it was tracked.
 
-    Ctrl-C ends the flight at any time: the vehicle is left in a hold.
+    Ctrl-C ends the flight at any time: the vehicle is left in a hold. A model looks as far ahead as it was
+    trained to, whatever the preset of the online correction.
 
     Example: companion fly clef --connect sitl://bebop2 --model ardrone2
 

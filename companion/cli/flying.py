@@ -96,8 +96,9 @@ def conduct(request: Request, record: Path | None, console: Console) -> Flown:
         console.print("stopped")
         raise typer.Exit(_STOPPED) from None
     finally:
-        if record is not None:
-            write_recording(recorder.recording(request.provenance), record)
+        recording = recorder.recording(request.provenance)
+        if record is not None and len(recording.states.time_s):
+            write_recording(recording, record)
             show(console, f"recording: {record}")
 
 

@@ -100,10 +100,12 @@ def test_wrong_use_is_told_before_anything_flies(
     assert "arming" not in ran.out
 
 
-def test_what_cannot_be_reached_is_a_failure(companion: Run) -> None:
-    ran = companion("fly", "clef", "--connect", "tcpout://127.0.0.1:1")
+def test_what_cannot_be_reached_is_a_failure(companion: Run, tmp_path: Path) -> None:
+    files = ("--json", tmp_path / "flight.json", "--record", tmp_path / "flight.mcap")
+    ran = companion("fly", "clef", "--connect", "tcpout://127.0.0.1:1", *files)
     assert ran.status == 1
     assert "nothing listens there" in ran.err
+    assert not list(tmp_path.iterdir())
 
 
 def test_the_fence_of_a_file_ends_a_flight_before_it_begins(companion: Run, tmp_path: Path) -> None:
