@@ -98,7 +98,7 @@ def test_a_simulator_whose_port_is_taken_says_so(companion: Run) -> None:
         taken.bind(("127.0.0.1", 14580 + system_id - 1))
         ran = companion("sitl", "--system-id", system_id)
     assert ran.status == 1
-    assert "UDP port 14790" in ran.err
+    assert ran.err.startswith("error: UDP port 14790")
 
 
 def test_a_companion_whose_port_is_taken_says_so(companion: Run) -> None:
