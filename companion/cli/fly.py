@@ -78,7 +78,7 @@ def fly(
         trajectory_within(limits),
         law,
         OnlineCorrection(preset.settings) if strategy.learns_online else None,
-        period_s=preset.settings.sample_time_s,
+        period_s=strategy.period_s(preset.settings),
         limits=guard_limits,
         land=land,
     )

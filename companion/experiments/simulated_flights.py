@@ -28,9 +28,6 @@ from sitl.errors import ConfigError
 from sitl.mavlink import open_vehicle
 from sitl.simulation import TICK_S
 
-PLAIN_PERIOD_S = 0.02
-"""Between two setpoints of a strategy that learns nothing (s); the others keep to their own sample time."""
-
 
 @dataclass(frozen=True, eq=False)
 class Scenario:
@@ -62,12 +59,11 @@ class Scenario:
         Raises:
             InputError: the strategy needs a network or a lookahead time that is not there.
         """
-        learned = self.strategy is Strategy.DNN or self.strategy.learns_online
         return FlightPlan(
             self.trajectory,
             reference_law(self.strategy, network=self.network, lookahead_s=self.lookahead_s),
             OnlineCorrection(self.online) if self.strategy.learns_online else None,
-            period_s=self.online.sample_time_s if learned else PLAIN_PERIOD_S,
+            period_s=self.strategy.period_s(self.online),
         )
 
     def provenance(self) -> Provenance:

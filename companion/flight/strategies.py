@@ -19,8 +19,11 @@ from companion.flight.preview import desired_ahead, state_of
 from companion.flight.reference import Reference
 from companion.learning.features import inverse_inputs, reference
 from companion.learning.inverse_network import InverseNetwork
+from companion.learning.online_settings import OnlineSettings
 from companion.state import VehicleState
 from companion.trajectory.trajectory import Trajectory
+
+_PLAIN_PERIOD_S = 0.02
 
 
 class Strategy(StrEnum):
@@ -37,6 +40,11 @@ class Strategy(StrEnum):
     def learns_online(self) -> bool:
         """Whether an online model corrects u1."""
         return self in (Strategy.GP, Strategy.DNN_GP)
+
+    def period_s(self, settings: OnlineSettings) -> float:
+        """Time between two setpoints (s): what was learned at a sample time is flown at it."""
+        is_learned = self is Strategy.DNN or self.learns_online
+        return settings.sample_time_s if is_learned else _PLAIN_PERIOD_S
 
 
 class ReferenceLaw(Protocol):
