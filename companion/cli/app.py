@@ -83,7 +83,11 @@ def _say(text: str) -> None:
 
 
 def _stop_as_by_ctrl_c(*signals: signal.Signals) -> None:
-    """A service manager or a terminal that goes away ends the program as Ctrl-C does: with a hold."""
+    """A service manager or a terminal that goes away ends the program as Ctrl-C does: with a hold.
+
+    So does Ctrl-C itself where a shell's `&` made the program deaf to it: a flight can always be stopped.
+    """
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     for number in signals:
         if signal.getsignal(number) is signal.SIG_DFL:  # `nohup` keeps its meaning
             signal.signal(number, lambda *_: signal.raise_signal(signal.SIGINT))

@@ -174,6 +174,7 @@ def test_cancelling_leaves_a_hold_and_no_task(phase: str) -> None:
 
 
 def test_ctrl_c_leaves_a_hold() -> None:
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # tests may run where `&` made them deaf to it
     link = TamperedLink()
     with pytest.raises(KeyboardInterrupt):
         fly_with(link, lambda *_: signal.raise_signal(signal.SIGINT))
