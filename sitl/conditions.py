@@ -1,10 +1,12 @@
 """What a flight has to cope with: wind, estimator errors and the link, as read from `config/conditions/`."""
 
 from pathlib import Path
+from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from sitl import files
+from sitl.estimator_errors import EstimatorErrors
 
 
 class _Section(BaseModel):
@@ -20,44 +22,11 @@ class WindConditions(_Section):
     w20_kn: float = Field(0.0, ge=0.0, le=60.0)
 
 
-class _ErrorProcess(_Section):
-    correlation_time_s: float = Field(0.0, ge=0.0)
-    """First-order Gauss-Markov; 0 is white."""
-    rate_hz: float = Field(100.0, ge=1.0, le=1000.0)
-    """How often a new error is drawn, to whole milliseconds; it is held in between."""
+class OwnErrors(_Section):
+    """Each vehicle's own estimator errors, as its file has them."""
 
-
-class PositionError(_ErrorProcess):
-    """Error of the estimated position, an axis."""
-
-    noise_m: float = Field(0.0, ge=0.0)
-
-
-class VelocityError(_ErrorProcess):
-    """Error of the estimated velocity, an axis."""
-
-    noise_m_s: float = Field(0.0, ge=0.0)
-
-
-class AttitudeError(_ErrorProcess):
-    """Error of the estimated attitude, about each body axis."""
-
-    noise_deg: float = Field(0.0, ge=0.0)
-
-
-class RatesError(_ErrorProcess):
-    """Error of the estimated body rates, an axis."""
-
-    noise_deg_s: float = Field(0.0, ge=0.0)
-
-
-class EstimatorConditions(_Section):
-    """Standard deviation, correlation time and rate of the error of each estimated quantity."""
-
-    position: PositionError = PositionError()
-    velocity: VelocityError = VelocityError()
-    attitude: AttitudeError = AttitudeError()
-    rates: RatesError = RatesError()
+    without: str
+    """Name of the vehicle whose errors stand in for a vehicle that has none."""
 
 
 class LinkConditions(_Section):
@@ -76,8 +45,10 @@ class Conditions(_Section):
     name: str
     description: str = ""
     wind: WindConditions = WindConditions()
-    estimator: EstimatorConditions = EstimatorConditions()
+    estimator: EstimatorErrors | OwnErrors = EstimatorErrors()
     link: LinkConditions = LinkConditions()
+    errors_against: Literal["truth", "estimate"] = "truth"
+    """What the tracking error of a flight is measured against."""
 
 
 def load_conditions(name_or_path: str | Path) -> Conditions:

@@ -1,4 +1,4 @@
-"""What the firmware believes: the truth with first-order Gauss-Markov errors."""
+"""What the firmware believes: the truth of a moment ago, with first-order Gauss-Markov noise and wander."""
 
 import math
 from typing import NamedTuple
@@ -8,29 +8,43 @@ from jaxtyping import Float, Int
 
 from sitl.arrays import Array, Quaternion, Vec3
 from sitl.compiled import compiled
-from sitl.conditions import EstimatorConditions
+from sitl.estimator_errors import EstimatorErrors, Level
 from sitl.quaternion import from_rotation_vector, multiply
 
 STEPS_PER_S = 1000
 
 _Channels = Float[Array, "4"]
+_Errors = Float[Array, "4 3"]
+_Steps = Int[np.ndarray[tuple[int, ...], np.dtype[np.int64]], "4"]
 
 
 class Estimator(NamedTuple):
     """Errors of position, velocity, attitude and rates (rows 0 to 3), and the estimate they make.
 
     Attributes:
-        error: current error, a row a channel: m, m/s, rad, rad/s.
-        keep: share of the error that survives a draw, exp(-period / correlation time).
-        fresh: standard deviation of what is added at a draw.
+        noise: current noise, a row a channel: m, m/s, rad, rad/s.
+        noise_keep: share of the noise that survives a draw, exp(-period / correlation time).
+        noise_fresh: standard deviation of what is added at a draw.
         period: steps between draws.
+        wander, wander_rate, wander_level: current wander, 1 / correlation time (1/s), standard deviation.
+        delay: age of the truth that the errors are added to, in steps.
+        past: the newest true motions, a ring by step.
+        jump: how position and velocity jumped at the last reset (m, m/s).
+        resets: how often there was one.
         position, velocity, attitude, rates: the estimate, NED, SI.
     """
 
-    error: Float[Array, "4 3"]
-    keep: _Channels
-    fresh: _Channels
-    period: Int[np.ndarray[tuple[int, ...], np.dtype[np.int64]], "4"]
+    noise: _Errors
+    noise_keep: _Channels
+    noise_fresh: _Errors
+    period: _Steps
+    wander: _Errors
+    wander_rate: _Channels
+    wander_level: _Errors
+    delay: _Steps
+    past: Float[Array, "m 13"]
+    jump: Float[Array, "2 3"]
+    resets: Int[np.ndarray[tuple[int, ...], np.dtype[np.int64]], "1"]
     position: Vec3
     velocity: Vec3
     attitude: Quaternion
@@ -38,55 +52,102 @@ class Estimator(NamedTuple):
 
 
 def estimator(
-    conditions: EstimatorConditions, motion: Float[Array, "13"], rng: np.random.Generator
+    errors: EstimatorErrors,
+    motion: Float[Array, "13"],
+    noise_rng: np.random.Generator,
+    wander_rng: np.random.Generator,
 ) -> Estimator:
     """An estimator of a vehicle that is in the state `motion`, its errors in their stationary state."""
-    channels = (conditions.position, conditions.velocity, conditions.attitude, conditions.rates)
-    sigma = np.array(
-        (
-            conditions.position.noise_m,
-            conditions.velocity.noise_m_s,
-            math.radians(conditions.attitude.noise_deg),
-            math.radians(conditions.rates.noise_deg_s),
-        )
+    channels = (errors.position, errors.velocity, errors.attitude, errors.rates)
+    noise_level = _rows(
+        errors.position.noise_m,
+        errors.velocity.noise_m_s,
+        np.radians(errors.attitude.noise_deg),
+        np.radians(errors.rates.noise_deg_s),
+    )
+    wander_level = _rows(
+        errors.position.wander_m,
+        errors.velocity.wander_m_s,
+        np.radians(errors.attitude.wander_deg),
+        np.radians(errors.rates.wander_deg_s),
     )
     period = np.array([round(STEPS_PER_S / channel.rate_hz) for channel in channels], dtype=np.int64)
-    time_constant = np.array([channel.correlation_time_s for channel in channels])
+    delay = np.array([round(STEPS_PER_S * channel.delay_s) for channel in channels], dtype=np.int64)
     with np.errstate(divide="ignore"):
-        keep = np.exp(-period / STEPS_PER_S / time_constant)
+        keep = np.exp(-period / STEPS_PER_S / np.array([channel.correlation_time_s for channel in channels]))
     estimate = Estimator(
-        error=sigma[:, None] * rng.standard_normal((4, 3)),
-        keep=keep,
-        fresh=sigma * np.sqrt(1.0 - keep**2),
+        noise=noise_level * noise_rng.standard_normal((4, 3)),
+        noise_keep=keep,
+        noise_fresh=noise_level * np.sqrt(1.0 - keep**2)[:, None],
         period=period,
+        wander=wander_level * wander_rng.standard_normal((4, 3)),
+        wander_rate=np.array([1.0 / channel.wander_time_s for channel in channels]),
+        wander_level=wander_level,
+        delay=delay,
+        past=np.tile(motion, (int(delay.max()) + 1, 1)),
+        jump=np.zeros((2, 3)),
+        resets=np.zeros(1, dtype=np.int64),
         position=np.zeros(3),
         velocity=np.zeros(3),
         attitude=np.zeros(4),
         rates=np.zeros(3),
     )
-    compose(estimate, motion)
+    compose(estimate, 0, motion)
     return estimate
+
+
+def _rows(*levels: Level | Float[Array, "..."]) -> _Errors:
+    return np.array([np.broadcast_to(np.asarray(level, dtype=float), 3) for level in levels])
+
+
+def reset(estimate: Estimator, rng: np.random.Generator) -> None:
+    """Let the wander of position and velocity start anew; where that leads shows in the next estimate."""
+    fresh = estimate.wander_level[:2] * rng.standard_normal((2, 3))
+    estimate.jump[:] = fresh - estimate.wander[:2]
+    estimate.wander[:2] = fresh
+    estimate.resets[0] += 1
+
+
+@compiled
+def wander(estimate: Estimator, noise: _Errors, dt: float) -> None:
+    """Move the wander on by `dt` (s): w ← φ w + σ √(1 − φ²) n, exact for any step."""
+    for channel in range(4):
+        keep = math.exp(-dt * estimate.wander_rate[channel])
+        fresh = math.sqrt(1.0 - keep**2)
+        for axis in range(3):
+            estimate.wander[channel, axis] = (
+                keep * estimate.wander[channel, axis]
+                + fresh * estimate.wander_level[channel, axis] * noise[channel, axis]
+            )
 
 
 @compiled
 def draw(estimate: Estimator, step: int, noise: Float[Array, "12"]) -> None:
-    """Move on the errors that are due at this step: e ← φ e + σ √(1 − φ²) n, exact for any period."""
+    """Move on the noise that is due at this step, in the same way."""
     for channel in range(4):
         if step % estimate.period[channel] == 0:
             for axis in range(3):
-                estimate.error[channel, axis] = (
-                    estimate.keep[channel] * estimate.error[channel, axis]
-                    + estimate.fresh[channel] * noise[3 * channel + axis]
+                estimate.noise[channel, axis] = (
+                    estimate.noise_keep[channel] * estimate.noise[channel, axis]
+                    + estimate.noise_fresh[channel, axis] * noise[3 * channel + axis]
                 )
 
 
 @compiled
-def compose(estimate: Estimator, motion: Float[Array, "13"]) -> None:
-    """The estimate from the truth and the present errors."""
+def compose(estimate: Estimator, step: int, motion: Float[Array, "13"]) -> None:
+    """The estimate at this step from the true motion, its past and the present errors."""
+    past, noise, slow = estimate.past, estimate.noise, estimate.wander
+    size = past.shape[0]
+    for i in range(13):
+        past[step % size, i] = motion[i]
+    position = past[(step - estimate.delay[0]) % size]
+    velocity = past[(step - estimate.delay[1]) % size]
+    attitude = past[(step - estimate.delay[2]) % size]
+    rates = past[(step - estimate.delay[3]) % size]
     for axis in range(3):
-        estimate.position[axis] = motion[axis] + estimate.error[0, axis]
-        estimate.velocity[axis] = motion[3 + axis] + estimate.error[1, axis]
-        estimate.rates[axis] = motion[10 + axis] + estimate.error[3, axis]
-    attitude = multiply(motion[6:10], from_rotation_vector(estimate.error[2]))
+        estimate.position[axis] = position[axis] + noise[0, axis] + slow[0, axis]
+        estimate.velocity[axis] = velocity[3 + axis] + noise[1, axis] + slow[1, axis]
+        estimate.rates[axis] = rates[10 + axis] + noise[3, axis] + slow[3, axis]
+    tilted = multiply(attitude[6:10], from_rotation_vector(noise[2] + slow[2]))
     for i in range(4):
-        estimate.attitude[i] = attitude[i]
+        estimate.attitude[i] = tilted[i]

@@ -99,6 +99,11 @@ def body_on_ground(rotor_count: int) -> Body:
     return Body(motion, np.zeros(rotor_count))
 
 
+def body_in_flight(vehicle: Vehicle, motion: Float[Array, "13"]) -> Body:
+    """In this motion, its rotors carrying its weight."""
+    return Body(motion.copy(), np.full(len(vehicle.rotors.layout), vehicle.hover_speed_rad_s))
+
+
 @compiled
 def rotor_effort(
     frame: Airframe, rotor_speed: Float[Array, " n"], rotor_acceleration: Float[Array, " n"]

@@ -10,7 +10,7 @@ from sitl.errors import ServeError
 from sitl.firmware.interface import Mode
 from sitl.mavlink.links import GROUND_STATION, OFFBOARD, Link
 from sitl.mavlink.vehicle import Delivery, MavlinkVehicle
-from sitl.simulation import TICK_S
+from sitl.plant import TICK_S
 
 _LOOPBACK = "127.0.0.1"
 _MAX_BEHIND_S = 0.25  # real time by which the simulation may lag before that time is given up

@@ -3,20 +3,20 @@
 from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Float
 
-from sitl.arrays import Quaternion, Vec3
-from sitl.battery import full_pack
+from sitl.arrays import Array, Quaternion, Vec3
 from sitl.conditions import Conditions
-from sitl.estimator import STEPS_PER_S, estimator
-from sitl.firmware.interface import Firmware
-from sitl.firmware.multirotor_tick import STEPS_PER_TICK, Plant, fly_tick
+from sitl.errors import ConfigError
+from sitl.estimator import STEPS_PER_S, estimator, reset
+from sitl.estimator_errors import EstimatorErrors
+from sitl.firmware.interface import Autopilot, Firmware
 from sitl.firmware.px4 import Px4
-from sitl.rigid_body import airframe, body_on_ground
-from sitl.vehicle import Vehicle
+from sitl.plant import STEPS_PER_TICK, TICK_S, TickNoise, plant
+from sitl.vehicle import Vehicle, load_vehicle
 from sitl.wind import wind
 
-TICK_S = STEPS_PER_TICK / STEPS_PER_S
-"""The step of `Simulation.advance` (s)."""
+_FIRMWARE = {"px4": Px4}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,6 +42,9 @@ class Truth:
 class Simulation:
     """Boots at time 0 on the ground at NED (0, 0, 0), heading north; the same seed gives the same bits.
 
+    With `motion` (position 3, velocity 3, attitude 4, body rates 3; NED, SI) it begins in flight instead,
+    armed and following setpoints.
+
     Attributes:
         vehicle, conditions: as given.
         link_rng: the random stream for the link's delays and losses, which are applied outside.
@@ -49,28 +52,33 @@ class Simulation:
     """
 
     def __init__(
-        self, vehicle: Vehicle, conditions: Conditions, *, seed: int, record_truth: bool = False
+        self,
+        vehicle: Vehicle,
+        conditions: Conditions,
+        *,
+        seed: int,
+        record_truth: bool = False,
+        motion: Float[Array, "13"] | None = None,
     ) -> None:
         self.vehicle = vehicle
         self.conditions = conditions
         self.truth_log: list[Truth] = []
         self._record_truth = record_truth
-        streams = np.random.SeedSequence(seed).spawn(3)
-        self._wind_rng, self._estimator_rng, self.link_rng = map(np.random.default_rng, streams)
+        streams = map(np.random.default_rng, np.random.SeedSequence(seed).spawn(4))
+        self._wind_rng, self._noise_rng, self.link_rng, self._wander_rng = streams
         self._ticks = 0
-        self._plant = Plant(
-            airframe(vehicle),
-            body_on_ground(len(vehicle.rotors.layout)),
-            full_pack(vehicle),
-            wind(conditions.wind, self._wind_rng),
-        )
-        self._estimator = estimator(conditions.estimator, self._plant.body.motion, self._estimator_rng)
-        self._autopilot = Px4(vehicle, self._estimator, self._plant.pack, TICK_S)
+        self._plant = plant(vehicle, wind(conditions.wind, self._wind_rng), motion)
+        errors = estimator_errors(vehicle, conditions)
+        self._resets_per_tick = errors.resets_per_hour * TICK_S / 3600.0
+        self._estimator = estimator(errors, self._plant.body.motion, self._noise_rng, self._wander_rng)
+        self._firmware: Firmware = _FIRMWARE[vehicle.firmware](vehicle, self._estimator, self._plant.pack)
+        if motion is not None:
+            self._firmware.begin_in_flight()
 
     @property
-    def firmware(self) -> Firmware:
+    def firmware(self) -> Autopilot:
         """The autopilot on board."""
-        return self._autopilot
+        return self._firmware
 
     @property
     def time_s(self) -> float:
@@ -92,20 +100,29 @@ class Simulation:
             self._tick()
 
     def _tick(self) -> None:
-        autopilot = self._autopilot
-        first_step = self._ticks * STEPS_PER_TICK
-        autopilot.update((first_step + STEPS_PER_TICK) / STEPS_PER_S)
-        fly_tick(
-            self._plant,
-            self._estimator,
-            autopilot.loops,
-            autopilot.attitude_setpoint,
-            autopilot.armed,
-            autopilot.on_ground,
-            first_step,
+        if self._resets_per_tick and self._wander_rng.random() < self._resets_per_tick:
+            reset(self._estimator, self._wander_rng)
+        noise = TickNoise(
             self._wind_rng.standard_normal(5),
-            self._estimator_rng.standard_normal((STEPS_PER_TICK, 12)),
+            self._wander_rng.standard_normal((4, 3)),
+            self._noise_rng.standard_normal((STEPS_PER_TICK, 12)),
         )
+        self._firmware.fly_tick(self._plant, self._ticks * STEPS_PER_TICK, noise)
         self._ticks += 1
         if self._record_truth:
             self.truth_log.append(self.truth)
+
+
+def estimator_errors(vehicle: Vehicle, conditions: Conditions) -> EstimatorErrors:
+    """The errors of a vehicle's estimate in these conditions.
+
+    Raises:
+        ConfigError: the vehicle that stands in for one without own errors has none either.
+    """
+    errors = conditions.estimator
+    if isinstance(errors, EstimatorErrors):
+        return errors
+    own = vehicle.estimator or load_vehicle(errors.without).estimator
+    if own is None:
+        raise ConfigError(conditions.name, "estimator.without", f"{errors.without} has no estimator section")
+    return own

@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, model_validato
 
 from sitl import files
 from sitl.arrays import Array
+from sitl.estimator_errors import EstimatorErrors
 from sitl.files import KeyFaultError
 from sitl.firmware.px4_parameters import Px4Parameters
 
@@ -58,6 +59,8 @@ class Rotors(_Section):
     """First-order lag of the speed."""
     inertia_kg_m2: float = Field(0.0, ge=0.0, le=1.0)
     """Of one rotor with what turns along, about its axis."""
+    delay_s: float = Field(0.0, ge=0.0, le=0.2)
+    """From a command to the beginning of its effect, to whole milliseconds."""
     drag_coefficient_n_s2_per_m: float | None = Field(None, ge=0.0)
     """In-plane drag over speed and air-relative velocity, N/((rad/s)(m/s)); default: 0.15 1/s in hover."""
 
@@ -100,6 +103,9 @@ class Vehicle(_Section):
     rotors: Rotors
     body_drag: BodyDrag = BodyDrag()
     battery: BatteryPack = BatteryPack()
+    estimator: EstimatorErrors | None = None
+    """Of its autopilot, where they were fitted to flights."""
+    firmware: Literal["px4", "ardupilot"] = "px4"
     px4_parameters: Px4Parameters = Px4Parameters()
     """Only what differs; rate and attitude gains left out are tuned to the airframe, the rest is PX4's."""
 

@@ -27,8 +27,8 @@ def sitl(
     try:
         from sitl.errors import ConfigError, ServeError
         from sitl.mavlink import open_vehicle
+        from sitl.plant import TICK_S
         from sitl.server import px4_endpoints, serve
-        from sitl.simulation import TICK_S
     except ModuleNotFoundError as error:
         raise InputError(
             f"the simulator needs {error.name}: install it with `pip install 'impromptu[sim]'`"

@@ -26,7 +26,7 @@ from companion.recording.series import Provenance
 from companion.trajectory.trajectory import Trajectory
 from sitl.errors import ConfigError
 from sitl.mavlink import open_vehicle
-from sitl.simulation import TICK_S
+from sitl.plant import TICK_S
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,6 +10,7 @@ from typing import Protocol
 import numpy as np
 
 from sitl.arrays import Quaternion, Vec3
+from sitl.plant import Plant, TickNoise
 
 _OFF = float("nan")
 
@@ -118,8 +119,8 @@ class Health:
     ready_to_arm: bool
 
 
-class Firmware(Protocol):
-    """A simulated autopilot with its vehicle; time moves only in `Simulation.advance`."""
+class Autopilot(Protocol):
+    """A simulated autopilot as its peers know it; time moves only in `Simulation.advance`."""
 
     @property
     def estimate(self) -> Estimate:
@@ -187,4 +188,16 @@ class Firmware(Protocol):
 
     def take_status_texts(self) -> list[StatusText]:
         """The texts since the last call, oldest first: reasons of refusals, failsafes, mode changes."""
+        ...
+
+
+class Firmware(Autopilot, Protocol):
+    """A simulated autopilot as the simulation drives it."""
+
+    def begin_in_flight(self) -> None:
+        """Fly already, armed, in the mode that follows setpoints; the estimate says where."""
+        ...
+
+    def fly_tick(self, plant: Plant, first_step: int, noise: TickNoise) -> None:
+        """Control the plant and move it on by one tick; `first_step` counts steps since boot."""
         ...

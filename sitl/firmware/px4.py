@@ -10,7 +10,7 @@ import numpy as np
 
 from sitl.arrays import Vec3
 from sitl.battery import Pack
-from sitl.estimator import Estimator
+from sitl.estimator import STEPS_PER_S, Estimator
 from sitl.firmware.interface import (
     Battery,
     Estimate,
@@ -22,10 +22,10 @@ from sitl.firmware.interface import (
     Severity,
     StatusText,
 )
-from sitl.firmware.multirotor_tick import InnerLoops
 from sitl.firmware.px4_allocation import allocation
 from sitl.firmware.px4_attitude import attitude_gains, rate_gains, rate_state
 from sitl.firmware.px4_guidance import Guidance
+from sitl.firmware.px4_inner_loops import InnerLoops, fly_tick
 from sitl.firmware.px4_position import (
     PositionLimits,
     attitude_setpoint,
@@ -36,6 +36,7 @@ from sitl.firmware.px4_position import (
 )
 from sitl.firmware.px4_takeoff import LandDetector, Takeoff, TakeoffPhase
 from sitl.firmware.px4_tuning import tuned_parameters
+from sitl.plant import STEPS_PER_TICK, TICK_S, Plant, TickNoise
 from sitl.vehicle import Vehicle
 
 _NO_THRUST_M_S2 = 100.0
@@ -45,21 +46,21 @@ _MODES_TO_ARM_IN = frozenset((Mode.POSCTL, Mode.HOLD, Mode.TAKEOFF, Mode.OFFBOAR
 
 
 class Px4:
-    """Implements `interface.Firmware`; `update` runs once a tick, before `multirotor_tick.fly_tick`."""
+    """Implements `interface.Firmware`."""
 
-    def __init__(self, vehicle: Vehicle, estimator: Estimator, pack: Pack, dt: float) -> None:
-        self._dt = dt
+    def __init__(self, vehicle: Vehicle, estimator: Estimator, pack: Pack) -> None:
+        self._dt = TICK_S
         self.parameters = tuned_parameters(vehicle)
-        self.loops = InnerLoops(
+        self._loops = InnerLoops(
             attitude_gains(self.parameters), rate_gains(self.parameters), rate_state(), allocation(vehicle)
         )
-        self.attitude_setpoint = attitude_setpoint()
+        self._attitude_setpoint = attitude_setpoint()
         self._estimator = estimator
         self._pack = pack
         self._gains = position_gains(self.parameters)
         self._control = position_state()
         self._setpoint = position_setpoint()
-        self._guidance = Guidance(self.parameters, estimator, self._setpoint, dt)
+        self._guidance = Guidance(self.parameters, estimator, self._setpoint, TICK_S)
         self._takeoff = Takeoff(self.parameters)
         self._land_detector = LandDetector(self.parameters.MPC_THR_HOVER)
         self._time_s = 0.0
@@ -223,8 +224,32 @@ class Px4:
 
     # What it does by itself
 
-    def update(self, until_s: float) -> None:
-        """Commander, guidance and position control for the tick that ends at `until_s` (s since boot)."""
+    def begin_in_flight(self) -> None:
+        """Fly already, armed, in OFFBOARD; the estimate says where."""
+        self._armed = self._has_flown = True
+        self._mode = Mode.OFFBOARD
+        self._takeoff.phase = TakeoffPhase.FLIGHT
+        self._land_detector.landed = False
+        self._home = self._estimator.position.copy()
+        self._control.last_velocity[:] = self._estimator.velocity
+        self._loops.state.last_rates[:] = self._estimator.rates
+        self.offboard_setpoint(Setpoint(position=self._home))
+
+    def fly_tick(self, plant: Plant, first_step: int, noise: TickNoise) -> None:
+        """Commander, guidance and position control, then the inner loops with the plant, for one tick."""
+        self._update((first_step + STEPS_PER_TICK) / STEPS_PER_S)
+        fly_tick(
+            plant,
+            self._estimator,
+            self._loops,
+            self._attitude_setpoint,
+            self._armed,
+            self.on_ground,
+            first_step,
+            noise,
+        )
+
+    def _update(self, until_s: float) -> None:
         dt = self._dt
         if self._armed:
             self._watch_offboard()
@@ -251,7 +276,7 @@ class Px4:
             e.velocity,
             e.attitude,
             dt,
-            self.attitude_setpoint,
+            self._attitude_setpoint,
         )
         self._watch_ground()
         self._time_s = until_s
@@ -296,7 +321,7 @@ class Px4:
             phase=self._takeoff.phase,
             speed=math.sqrt(velocity[0] ** 2 + velocity[1] ** 2 + velocity[2] ** 2),
             climb_rate=-velocity[2],
-            thrust=self.attitude_setpoint.thrust_and_yaw_rate[0],
+            thrust=self._attitude_setpoint.thrust_and_yaw_rate[0],
             dt=self._dt,
         )
         if not self._armed:

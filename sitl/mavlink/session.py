@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from pymavlink.dialects.v20 import common as mavlink
 
-from sitl.firmware.interface import Firmware, Severity
+from sitl.firmware.interface import Autopilot, Severity
 from sitl.mavlink.frames import Message
 from sitl.mavlink.links import Streams
 from sitl.mavlink.telemetry import Report, report
@@ -28,7 +28,7 @@ class Session:
     """
 
     system_id: int
-    firmware: Firmware
+    firmware: Autopilot
     parameters: Mapping[str, float]
     streams: Streams
     send: Callable[[Message], None]

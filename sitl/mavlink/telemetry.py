@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from pymavlink.dialects.v20 import common as mavlink
 
-from sitl.firmware.interface import Firmware, Landed
+from sitl.firmware.interface import Autopilot, Landed
 from sitl.mavlink import modes
 from sitl.mavlink.frames import Message
 from sitl.mavlink.geodesy import HOME, Geodetic, geodetic_from_ned
@@ -40,7 +40,7 @@ class Report:
         rates: body rates (rad/s).
     """
 
-    firmware: Firmware
+    firmware: Autopilot
     system_id: int
     time_s: float
     position: _Three
@@ -70,7 +70,7 @@ class Report:
         return geodetic_from_ned(*self.position)
 
 
-def report(firmware: Firmware, system_id: int, time_s: float) -> Report:
+def report(firmware: Autopilot, system_id: int, time_s: float) -> Report:
     """The state of `firmware` now."""
     estimate = firmware.estimate
     w, x, y, z = estimate.attitude.tolist()

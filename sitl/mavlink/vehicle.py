@@ -15,7 +15,8 @@ from sitl.mavlink.frames import Encoder, Message, decode
 from sitl.mavlink.links import OFFBOARD, Link, Streams
 from sitl.mavlink.session import Session
 from sitl.mavlink.telemetry import WRITERS, report
-from sitl.simulation import TICK_S, Simulation
+from sitl.plant import TICK_S
+from sitl.simulation import Simulation
 from sitl.vehicle import load_vehicle
 
 _ROUNDING_S = 1e-9

@@ -6,7 +6,8 @@ from sitl.arrays import Array
 from sitl.conditions import Conditions, load_conditions
 from sitl.files import known_names
 from sitl.firmware.interface import Mode, Setpoint
-from sitl.simulation import TICK_S, Simulation
+from sitl.plant import TICK_S
+from sitl.simulation import Simulation
 from sitl.vehicle import Vehicle, load_vehicle
 
 HOVER_POINT = np.array((0.0, 0.0, -2.5))

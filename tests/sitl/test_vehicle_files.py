@@ -3,9 +3,11 @@ from typing import Any
 
 import pytest
 import yaml
+from pydantic import BaseModel
 
-from sitl.conditions import LinkConditions, WindConditions, load_conditions
+from sitl.conditions import Conditions, LinkConditions, OwnErrors, WindConditions, load_conditions
 from sitl.errors import ConfigError
+from sitl.estimator_errors import AttitudeError, EstimatorErrors, PositionError, RatesError, VelocityError
 from sitl.files import known_names
 from sitl.firmware.px4_parameters import Px4Parameters
 from sitl.firmware.px4_tuning import tuned_parameters
@@ -44,9 +46,10 @@ def test_vehicles_that_ship() -> None:
 def test_conditions_that_ship_have_the_stated_numbers() -> None:
     ideal, realistic, windy = map(load_conditions, ("ideal", "realistic", "windy"))
     assert ideal.wind.mean_speed_m_s == ideal.wind.w20_kn == ideal.link.telemetry_latency_s == 0.0
-    assert ideal.estimator.position.noise_m == ideal.estimator.rates.noise_deg_s == 0.0
+    assert ideal.estimator == EstimatorErrors()
     for conditions, mean, w20 in ((realistic, 2.0, 15.0), (windy, 5.0, 30.0)):
         estimator, link = conditions.estimator, conditions.link
+        assert isinstance(estimator, EstimatorErrors)
         assert (conditions.wind.mean_speed_m_s, conditions.wind.w20_kn) == (mean, w20)
         assert (estimator.position.noise_m, estimator.position.correlation_time_s) == (0.01, 1.0)
         assert (estimator.velocity.noise_m_s, estimator.velocity.correlation_time_s) == (0.03, 0.2)
@@ -131,14 +134,16 @@ def test_unknown_names_list_the_known_ones() -> None:
 def test_conditions_of_one_s_own(tmp_path: Path) -> None:
     own = load_conditions(write(tmp_path, "wind:\n  mean_speed_m_s: 3\n"))
     assert own.wind.mean_speed_m_s == 3.0
-    assert own.estimator.velocity.noise_m_s == 0.0
+    assert own.estimator == EstimatorErrors()
     with pytest.raises(ConfigError, match=r"link\.telemetry_loss_fraction"):
         load_conditions(write(tmp_path, "link:\n  telemetry_loss_fraction: 1.5\n"))
 
 
 def test_every_key_is_documented() -> None:
     documented = SCHEMA.read_text(encoding="utf-8")
-    sections = (Vehicle, Rotors, RotorPlace, BodyDrag, BatteryPack, WindConditions, LinkConditions)
+    sections: tuple[type[BaseModel], ...] = (Vehicle, Rotors, RotorPlace, BodyDrag, BatteryPack)
+    sections += (WindConditions, LinkConditions, EstimatorErrors, PositionError, VelocityError)
+    sections += (AttitudeError, RatesError, Conditions, OwnErrors)
     for section in sections:
         for key in section.model_fields:
             assert key in documented
