@@ -17,15 +17,17 @@ class FlightRecorder:
     def __init__(self) -> None:
         self._states: list[VehicleState] = []
         self._steps: list[tuple[float, ControlStep, Guarded]] = []
+        self._yaws: list[float] = []
         self._events: list[tuple[float, str]] = []
 
     def state(self, state: VehicleState) -> None:
         """A state arrived."""
         self._states.append(state)
 
-    def step(self, time_s: float, step: ControlStep, guarded: Guarded) -> None:
-        """A reference was sent."""
+    def step(self, time_s: float, step: ControlStep, guarded: Guarded, yaw: float) -> None:
+        """A reference was sent, with this yaw (rad)."""
         self._steps.append((time_s, step, guarded))
+        self._yaws.append(yaw)
 
     def event(self, time_s: float, text: str) -> None:
         """Something happened that a reader of the log wants to know."""
@@ -56,6 +58,7 @@ class FlightRecorder:
             acceleration=_rows(
                 [_NOTHING if reference.acceleration is None else reference.acceleration for reference in sent]
             ),
+            yaw=np.array(self._yaws),
         )
 
     def _tracking(self) -> TrackingSeries:

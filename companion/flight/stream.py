@@ -88,7 +88,7 @@ class SetpointStream:
         self._note(now_s, step, guarded)
 
     def _note(self, now_s: float, step: ControlStep, guarded: Guarded) -> None:
-        self._recorder.step(now_s, step, guarded)
+        self._recorder.step(now_s, step, guarded, self._yaw)
         for clip in guarded.clips:
             if not self.clips[clip]:
                 self._recorder.event(now_s, f"guard: {clip}")

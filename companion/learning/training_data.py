@@ -4,17 +4,13 @@ The paper's section "Background on Offline Inverse Learning": what was flown one
 is desired, and the reference that led to it is what the network has to answer.
 """
 
-from typing import TypeAlias
-
 import numpy as np
 from jaxtyping import Float, Int
 
 from companion.arrays import Array, Times, Vec3s
 from companion.errors import InputError
 from companion.learning.features import Preview, inverse_inputs, inverse_outputs, state_vector
-from companion.recording.series import Recording, ReferenceSeries
-
-Indices: TypeAlias = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
+from companion.recording.series import Indices, Recording, ReferenceSeries, rows
 
 LONGEST_GAP_S = 0.25
 """A stream that pauses for longer is broken there: nothing is interpolated or learned across the gap."""
@@ -102,12 +98,7 @@ def constant_lag(recording: Recording) -> float:
 def _complete(references: ReferenceSeries) -> ReferenceSeries:
     """Those references that had both a position and a velocity."""
     complete = np.isfinite(references.position).all(axis=1) & np.isfinite(references.velocity).all(axis=1)
-    return ReferenceSeries(
-        references.time_s[complete],
-        references.position[complete],
-        references.velocity[complete],
-        references.acceleration[complete],
-    )
+    return rows(references, np.flatnonzero(complete))
 
 
 def _end_of_stretch(time_s: Times) -> Times:

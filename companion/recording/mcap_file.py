@@ -2,9 +2,10 @@
 
 Three channels of JSON messages with a JSON schema hold the three series, a message a row: `/state`,
 `/reference` and `/tracking`. `/events` holds what happened in words, the metadata record `provenance`
-what the recording is of. Vectors are objects (`position.x`), so that a viewer names its curves by itself.
+what the recording is of, and `segments` which parts of it have a name. Vectors are objects (`position.x`),
+so that a viewer names its curves by itself.
 
-Time: `time_s` of a message is the companion's clock, to the last bit; `log_time` and `publish_time` are the
+Time: `time_s` of a message is the recording's clock, to the last bit; `log_time` and `publish_time` are the
 same instant in whole nanoseconds. That clock's zero has no meaning: no file knows the time of day.
 
 NaN, which JSON does not have, is a component left out; viewers that follow the schema refuse `null`.
@@ -24,7 +25,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from operator import itemgetter
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self, TypeAlias, TypeVar
+from typing import Any, Self, TypeAlias
 
 import numpy as np
 import zstandard
@@ -32,13 +33,16 @@ from mcap.exceptions import McapError
 from mcap.records import Channel, Chunk, DataEnd, McapRecord, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import Writer
+from pydantic import TypeAdapter
 
 from companion.arrays import Vec3
 from companion.errors import InputError
+from companion.recording.segments import Segment, Window
 from companion.recording.series import (
     Provenance,
     Recording,
     ReferenceSeries,
+    Series,
     StateSeries,
     TrackingSeries,
 )
@@ -46,17 +50,19 @@ from companion.recording.series import (
 Row: TypeAlias = tuple[float, Callable[..., None], Sequence[object]]
 """A message to be: its time (s), the method that adds it, and what that takes besides the time."""
 
-Series = TypeVar("Series", StateSeries, ReferenceSeries, TrackingSeries)
-
 SERIES = {"/state": StateSeries, "/reference": ReferenceSeries, "/tracking": TrackingSeries}
 EVENTS = "/events"
 PROVENANCE = "provenance"
+SEGMENTS = "segments"
+
+SEGMENT_LIST = TypeAdapter(tuple[Segment, ...])
+HOVER = TypeAdapter(Window | None)
 
 MAX_BYTES = 2**30
 """No recording may be larger, packed or unpacked (bytes): three hours at the usual rates."""
 
-NOT_XYZ = {"attitude": ("roll", "pitch", "yaw"), "rates": ("p", "q", "r")}
-"""Vectors whose components have names of their own."""
+NOT_XYZ = {"attitude": ("roll", "pitch", "yaw"), "rates": ("p", "q", "r"), "yaw": ()}
+"""Columns whose components have names of their own, or that are mere numbers and have none."""
 
 UNREADABLE = (
     *(McapError, struct.error, zstandard.ZstdError),
@@ -65,13 +71,13 @@ UNREADABLE = (
 """What the libraries beneath raise on bytes that are no MCAP file, or half of one."""
 
 
-def _vectors(topic: str) -> dict[str, tuple[str, ...]]:
-    """Names of a topic's vectors, in order, with the names of their components."""
+def _columns(topic: str) -> dict[str, tuple[str, ...]]:
+    """Names of a topic's columns, in order, with the names of their components."""
     names = [field.name for field in dataclasses.fields(SERIES[topic])]
     return {name: NOT_XYZ.get(name, ("x", "y", "z")) for name in names if name != "time_s"}
 
 
-VECTORS = {topic: _vectors(topic) for topic in SERIES}
+COLUMNS = {topic: _columns(topic) for topic in SERIES}
 
 
 def _schema_name(topic: str) -> str:
@@ -84,14 +90,15 @@ def _json_schema(topic: str) -> dict[str, object]:
     if topic == EVENTS:
         properties["text"] = {"type": "string"}
     else:
-        for name, components in VECTORS[topic].items():
-            properties[name] = {"type": "object", "properties": dict.fromkeys(components, number)}
+        for name, components in COLUMNS[topic].items():
+            parts = {"type": "object", "properties": dict.fromkeys(components, number)}
+            properties[name] = parts if components else number
     return {
         "title": _schema_name(topic),
-        "description": "NED, metres, seconds, radians; time_s is the companion's clock",
+        "description": "NED, metres, seconds, radians; time_s is the recording's clock",
         "type": "object",
         "properties": properties,
-        "required": list(properties),
+        "required": [name for name in properties if NOT_XYZ.get(name) != ()],
     }
 
 
@@ -113,9 +120,7 @@ class McapWriter:
             raise InputError(f"{path}: cannot be written ({error.strerror})") from error
         self._writer = Writer(self._file, enable_data_crcs=True)
         self._writer.start(library=f"impromptu {provenance.software}".rstrip())
-        self._writer.add_metadata(
-            PROVENANCE, {key: json.dumps(value) for key, value in provenance.model_dump(mode="json").items()}
-        )
+        self._add_metadata(PROVENANCE, provenance.model_dump(mode="json"))
         self._channels = {topic: self._register(topic) for topic in (*SERIES, EVENTS)}
 
     def _register(self, topic: str) -> int:
@@ -127,9 +132,11 @@ class McapWriter:
         """Add a row of `StateSeries`."""
         self._add_row("/state", time_s, (position, velocity, attitude, rates))
 
-    def add_reference(self, time_s: float, position: Vec3, velocity: Vec3, acceleration: Vec3) -> None:
+    def add_reference(
+        self, time_s: float, position: Vec3, velocity: Vec3, acceleration: Vec3, yaw: float
+    ) -> None:
         """Add a row of `ReferenceSeries`."""
-        self._add_row("/reference", time_s, (position, velocity, acceleration))
+        self._add_row("/reference", time_s, (position, velocity, acceleration, yaw))
 
     def add_tracking(
         self,
@@ -151,6 +158,11 @@ class McapWriter:
         """Add what happened at `time_s`, in words."""
         self._add(EVENTS, time_s, {"text": text})
 
+    def add_segments(self, segments: tuple[Segment, ...], hover: Window | None) -> None:
+        """Add the parts that have a name; a later call takes the place of an earlier one."""
+        parts = {"segments": SEGMENT_LIST.dump_python(segments), "hover": HOVER.dump_python(hover)}
+        self._add_metadata(SEGMENTS, parts)
+
     def flush(self) -> None:
         """End the chunk and hand everything so far to the system: what is lost in a crash comes later."""
         self._writer.flush()  # type: ignore[no-untyped-call]
@@ -169,17 +181,26 @@ class McapWriter:
     ) -> None:
         self.close()
 
-    def _add_row(self, topic: str, time_s: float, vectors: Iterable[Vec3]) -> None:
+    def _add_metadata(self, name: str, values: dict[str, object]) -> None:
+        self._writer.add_metadata(name, {key: json.dumps(value) for key, value in values.items()})
+
+    def _add_row(self, topic: str, time_s: float, values: Iterable[Vec3 | float]) -> None:
         fields: dict[str, object] = {}
-        for (name, components), vector in zip(VECTORS[topic].items(), vectors, strict=True):
-            numbers = zip(components, vector.tolist(), strict=True)
-            fields[name] = {component: number for component, number in numbers if math.isfinite(number)}
+        for (name, components), value in zip(COLUMNS[topic].items(), values, strict=True):
+            if isinstance(value, float):
+                fields |= _finite((name,), (value,))
+            else:
+                fields[name] = _finite(components, value.tolist())
         self._add(topic, time_s, fields)
 
     def _add(self, topic: str, time_s: float, fields: dict[str, object]) -> None:
         nanoseconds = round(time_s * 1e9)
         body = json.dumps({"time_s": float(time_s), **fields}).encode()
         self._writer.add_message(self._channels[topic], nanoseconds, body, nanoseconds)
+
+
+def _finite(names: Iterable[str], numbers: Iterable[float]) -> dict[str, float]:
+    return {name: number for name, number in zip(names, numbers, strict=True) if math.isfinite(number)}
 
 
 def write_recording(recording: Recording, path: Path) -> None:
@@ -189,6 +210,8 @@ def write_recording(recording: Recording, path: Path) -> None:
         InputError: when the file cannot be written.
     """
     with McapWriter(path, recording.provenance) as writer:
+        if recording.segments or recording.hover:
+            writer.add_segments(recording.segments, recording.hover)
         rows: list[Iterator[Row]] = [
             _rows(recording.states, writer.add_state),
             _rows(recording.references, writer.add_reference),
@@ -202,8 +225,8 @@ def write_recording(recording: Recording, path: Path) -> None:
 
 def _rows(series: Series, add: Callable[..., None]) -> Iterator[Row]:
     columns = [getattr(series, field.name) for field in dataclasses.fields(series)]
-    for time_s, *vectors in zip(*columns, strict=True):
-        yield time_s, add, vectors
+    for time_s, *values in zip(*columns, strict=True):
+        yield time_s, add, values
 
 
 class _Contents:
@@ -211,9 +234,11 @@ class _Contents:
 
     def __init__(self) -> None:
         self.provenance: Provenance | None = None
+        self.segments: tuple[Segment, ...] = ()
+        self.hover: Window | None = None
         self.times = {topic: array("d") for topic in SERIES}
         self.events: list[tuple[float, str]] = []
-        self._vectors = {topic: array("d") for topic in SERIES}
+        self._numbers = {topic: array("d") for topic in SERIES}
         self._schemas: dict[int, str] = {}
         self._topics: dict[int, str] = {}
 
@@ -232,6 +257,9 @@ class _Contents:
             case Metadata() if record.name == PROVENANCE:
                 values = {key: json.loads(value) for key, value in record.metadata.items()}
                 self.provenance = Provenance.model_validate(values)
+            case Metadata() if record.name == SEGMENTS:
+                self.segments = SEGMENT_LIST.validate_json(record.metadata["segments"])
+                self.hover = HOVER.validate_json(record.metadata["hover"])
 
     def _take_message(self, topic: str, message: dict[str, Any]) -> None:
         time_s = message["time_s"]
@@ -240,22 +268,26 @@ class _Contents:
         if topic == EVENTS:
             self.events.append((time_s, str(message["text"])))
             return
-        numbers = [
-            message[name].get(component, math.nan)
-            for name, components in VECTORS[topic].items()
-            for component in components
-        ]
-        self._vectors[topic].extend(array("d", numbers))
+        numbers: list[float] = []
+        for name, components in COLUMNS[topic].items():
+            values, names = (message[name], components) if components else (message, (name,))
+            numbers += [values.get(part, math.nan) for part in names]
+        self._numbers[topic].extend(array("d", numbers))
         self.times[topic].append(time_s)
 
     def series(self, topic: str, kind: type[Series]) -> Series:
         """The rows of `topic` as a series."""
-        vectors = np.array(self._vectors[topic]).reshape(-1, len(VECTORS[topic]), 3)
-        columns = {name: vectors[:, i].copy() for i, name in enumerate(VECTORS[topic])}
+        widths = [max(1, len(components)) for components in COLUMNS[topic].values()]
+        table = np.array(self._numbers[topic]).reshape(-1, sum(widths))
+        parts = np.split(table, np.cumsum(widths)[:-1], axis=1)
+        columns = {
+            name: part.copy() if components else part[:, 0].copy()
+            for (name, components), part in zip(COLUMNS[topic].items(), parts, strict=True)
+        }
         return kind(time_s=np.array(self.times[topic]), **columns)
 
 
-def read_recording(path: Path) -> Recording:
+def read_mcap(path: Path) -> Recording:
     """Read a recording from an MCAP file of this layout; other channels in it are passed over.
 
     A file that was cut short gives what is left of it, and an event at its end says so.
@@ -283,6 +315,8 @@ def read_recording(path: Path) -> Recording:
         references=contents.series("/reference", ReferenceSeries),
         tracking=tracking if len(tracking.time_s) else None,
         events=tuple(contents.events),
+        segments=contents.segments,
+        hover=contents.hover,
     )
 
 

@@ -6,11 +6,15 @@ is how they exist on a real vehicle. Everything is NED, metres, seconds, radians
 
 import hashlib
 from dataclasses import dataclass, field, fields
+from typing import TypeAlias, TypeVar
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
 from companion.arrays import Array, Times, Vec3s
+from companion.recording.segments import Segment, Window
+
+Indices: TypeAlias = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
 
 
 class Provenance(BaseModel):
@@ -29,7 +33,11 @@ class Provenance(BaseModel):
 
 @dataclass(frozen=True, eq=False)
 class StateSeries:
-    """What the autopilot estimated: `time_s` is when it held (companion clock)."""
+    """What the autopilot estimated: `time_s` is when it held.
+
+    The clock is the companion's in what we recorded ourselves, the vehicle's (`time_boot_ms` of its messages)
+    in what was read from a flight log. All times of one recording are on one clock.
+    """
 
     time_s: Times
     position: Vec3s
@@ -40,12 +48,16 @@ class StateSeries:
 
 @dataclass(frozen=True, eq=False)
 class ReferenceSeries:
-    """What was sent to the autopilot, at the time of sending; NaN where a part was not sent."""
+    """What was sent to the autopilot, at the time of sending, or in a flight log of arrival; yaw in rad.
+
+    NaN where a part was not sent.
+    """
 
     time_s: Times
     position: Vec3s
     velocity: Vec3s
     acceleration: Vec3s
+    yaw: Times
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +65,7 @@ class TrackingSeries:
     """What the tracker wanted and thought, a row for each control step.
 
     Attributes:
-        time_s: companion clock (s).
+        time_s: the recording's clock (s).
         desired_position, desired_velocity, desired_acceleration: the trajectory at that time.
         u1: position reference before the online correction (network or plain reference), m.
         u2: the online correction added to it, m.
@@ -77,7 +89,8 @@ class TrackingSeries:
 class Recording:
     """One flight, or one data set: states, references, and (where a trajectory was tracked) tracking.
 
-    `events` are (time_s, text) pairs: the flight's states, STATUSTEXTs, what the guard did.
+    `events` are (time_s, text) pairs: the flight's states, STATUSTEXTs, what the guard did. `segments` are
+    what was flown, in the order of time; `hover` is where the vehicle held one setpoint, and had settled.
     """
 
     provenance: Provenance
@@ -85,6 +98,16 @@ class Recording:
     references: ReferenceSeries
     tracking: TrackingSeries | None = None
     events: tuple[tuple[float, str], ...] = field(default=())
+    segments: tuple[Segment, ...] = ()
+    hover: Window | None = None
+
+
+Series = TypeVar("Series", StateSeries, ReferenceSeries, TrackingSeries)
+
+
+def rows(series: Series, chosen: Indices) -> Series:
+    """The rows of `series` with these indices."""
+    return type(series)(*(getattr(series, column.name)[chosen] for column in fields(series)))
 
 
 def digest(recording: Recording) -> str:

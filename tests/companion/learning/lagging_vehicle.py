@@ -59,5 +59,7 @@ def flight(seconds: float, seed: int, yaw: float = 0.0) -> Recording:
         flown[k] = np.hstack((vehicle.position, vehicle.velocity, vehicle.attitude(yaw), vehicle.rates(yaw)))
         vehicle.step(reference[k], reference_velocity[k])
     states = StateSeries(time_s, flown[:, 0:3], flown[:, 3:6], flown[:, 6:9], flown[:, 9:12])
-    references = ReferenceSeries(time_s, reference, reference_velocity, np.full_like(reference, np.nan))
+    references = ReferenceSeries(
+        time_s, reference, reference_velocity, np.full_like(reference, np.nan), np.full_like(time_s, yaw)
+    )
     return Recording(Provenance(vehicle="spring"), states, references)

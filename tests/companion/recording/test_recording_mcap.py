@@ -16,7 +16,8 @@ from mcap.writer import CompressionType, Writer
 from companion.arrays import Times, Vec3s
 from companion.errors import InputError
 from companion.recording import mcap_file
-from companion.recording.mcap_file import McapWriter, read_recording, write_recording
+from companion.recording.mcap_file import McapWriter, read_mcap, write_recording
+from companion.recording.segments import Segment, Window
 from companion.recording.series import (
     Provenance,
     Recording,
@@ -37,20 +38,27 @@ def recording(rows: int = 300) -> Recording:
     time_s: Times = np.linspace(0.1, 3.1, rows)
     one, two, three, four = (vectors(rows, start) for start in (0.0, 2.0, -4.0, 1e-9))
     nothing = np.full((rows, 3), np.nan)
+    yaw = np.where(time_s < 1.0, np.nan, time_s)
     return Recording(
         provenance=PROVENANCE,
         states=StateSeries(time_s, one, two, three, four),
-        references=ReferenceSeries(time_s[::2], one[::2], two[::2], nothing[::2]),
+        references=ReferenceSeries(time_s[::2], one[::2], two[::2], nothing[::2], yaw[::2]),
         tracking=TrackingSeries(
             time_s[1::2], *(v[1::2] for v in (one, two, three, one, two, nothing, four, one))
         ),
         events=((0.0, "armed"), (1.5, "Übergabe\nat last")),
+        segments=(
+            Segment("eight-pv", Window(1.0, 1.5), "position+velocity", 0.25),
+            Segment("é", Window(2.0, 3.0)),
+        ),
+        hover=Window(0.2, 0.9),
     )
 
 
 def assert_same(one: Recording, two: Recording) -> None:
     assert one.provenance == two.provenance
     assert one.events == two.events
+    assert (one.segments, one.hover) == (two.segments, two.hover)
     for name in ("states", "references", "tracking"):
         series, other = getattr(one, name), getattr(two, name)
         for column in fields(series):
@@ -59,7 +67,7 @@ def assert_same(one: Recording, two: Recording) -> None:
 
 def test_what_is_written_is_read_back_to_the_bit(tmp_path: Path) -> None:
     write_recording(recording(), tmp_path / "flight.mcap")
-    assert_same(read_recording(tmp_path / "flight.mcap"), recording())
+    assert_same(read_mcap(tmp_path / "flight.mcap"), recording())
 
 
 @given(numbers=arrays(np.float64, (4, 3), elements=st.floats(allow_infinity=False)))
@@ -67,9 +75,9 @@ def test_any_number_survives(numbers: Vec3s, tmp_path_factory: pytest.TempPathFa
     path = tmp_path_factory.getbasetemp() / "any.mcap"
     time_s = np.array([0.0, 0.1, 0.1, 1e5 / 3.0])
     states = StateSeries(time_s, numbers, -numbers, numbers, numbers)
-    original = Recording(PROVENANCE, states, ReferenceSeries(time_s, numbers, numbers, numbers))
+    original = Recording(PROVENANCE, states, ReferenceSeries(time_s, numbers, numbers, numbers, time_s))
     write_recording(original, path)
-    again = read_recording(path)
+    again = read_mcap(path)
     assert digest(again) == digest(original)
     np.testing.assert_array_equal(
         np.signbit(again.states.velocity), np.signbit(-numbers) & ~np.isnan(numbers)
@@ -81,10 +89,10 @@ def test_empty_series_and_extra_provenance_survive(tmp_path: Path) -> None:
     empty = Recording(
         Provenance.model_validate({"vehicle": "x500", "box": {"north_m": 3.0}}),
         StateSeries(np.empty(0), none, none, none, none),
-        ReferenceSeries(np.empty(0), none, none, none),
+        ReferenceSeries(np.empty(0), none, none, none, np.empty(0)),
     )
     write_recording(empty, tmp_path / "empty.mcap")
-    again = read_recording(tmp_path / "empty.mcap")
+    again = read_mcap(tmp_path / "empty.mcap")
     assert again.provenance == empty.provenance
     assert again.states.position.shape == (0, 3)
     assert again.tracking is None
@@ -130,13 +138,24 @@ def assert_follows(value: object, schema: dict[str, object]) -> None:
             assert_follows(part, properties[key])
 
 
+def test_references_of_before_they_had_a_yaw_are_read_without_one(tmp_path: Path) -> None:
+    path = tmp_path / "old.mcap"
+    zero = np.zeros(3)
+    with McapWriter(path, PROVENANCE) as writer:
+        writer.add_reference(1.0, zero, zero, zero, np.nan)
+    again = read_mcap(path)
+    assert np.isnan(again.references.yaw).all()
+    assert again.references.yaw.shape == (1,)
+    assert (again.segments, again.hover) == ((), None)
+
+
 def test_rows_come_back_in_the_order_in_which_they_were_added(tmp_path: Path) -> None:
     zero = np.zeros(3)
     with McapWriter(tmp_path / "live.mcap", PROVENANCE) as writer:
         writer.add_state(2.0, zero, zero, zero, zero)
         writer.add_state(1.0, zero, zero, zero, zero)
         writer.add_event(0.5, "late")
-    again = read_recording(tmp_path / "live.mcap")
+    again = read_mcap(tmp_path / "live.mcap")
     assert again.states.time_s.tolist() == [2.0, 1.0]
     assert again.events == ((0.5, "late"),)
 
@@ -154,7 +173,7 @@ def test_what_was_flushed_survives_a_cut_at_any_byte(tmp_path: Path) -> None:
     data = path.read_bytes()
     for cut in range(flushed[1], len(data), 41):
         cut_path.write_bytes(data[:cut])
-        left = read_recording(cut_path)
+        left = read_mcap(cut_path)
         seconds = sum(cut >= size for size in flushed[1:])
         assert len(left.states.time_s) >= 20 * seconds
         if cut < flushed[-1]:
@@ -167,7 +186,7 @@ def test_a_file_cut_before_its_provenance_is_refused(tmp_path: Path) -> None:
     for length in (0, 3, 8, 20, 60):
         path.write_bytes(path.read_bytes()[:length])
         with pytest.raises(InputError, match=r"cut\.mcap: no recording"):
-            read_recording(path)
+            read_mcap(path)
 
 
 def test_a_damaged_file_is_refused_in_one_line(tmp_path: Path) -> None:
@@ -178,7 +197,7 @@ def test_a_damaged_file_is_refused_in_one_line(tmp_path: Path) -> None:
     for place in (in_a_chunk, in_provenance):
         path.write_bytes(data[:place] + bytes([data[place] ^ 0x04]) + data[place + 1 :])
         with pytest.raises(InputError, match=r"bad\.mcap: damaged before byte") as caught:
-            read_recording(path)
+            read_mcap(path)
         assert "\n" not in str(caught.value)
 
 
@@ -193,14 +212,14 @@ def test_mutated_files_are_read_or_refused(
         content[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))
     path.write_bytes(content)
     with contextlib.suppress(InputError):
-        assert read_recording(path).states.position.shape[1] == 3
+        assert read_mcap(path).states.position.shape[1] == 3
 
 
 def test_other_files_are_refused(tmp_path: Path) -> None:
     text = tmp_path / "text.csv"
     text.write_text("t,n,e,d\n" * 20)
     with pytest.raises(InputError, match=r"text\.csv: damaged before byte 8, or no MCAP file"):
-        read_recording(text)
+        read_mcap(text)
     other = tmp_path / "other.mcap"
     with other.open("wb") as file:
         writer = Writer(file, compression=CompressionType.NONE)
@@ -211,9 +230,9 @@ def test_other_files_are_refused(tmp_path: Path) -> None:
         writer.add_message(channel, 0, b"{}", 0)
         writer.finish()  # type: ignore[no-untyped-call]
     with pytest.raises(InputError, match=r"other\.mcap: no recording of Impromptu"):
-        read_recording(other)
+        read_mcap(other)
     with pytest.raises(InputError, match=r"absent\.mcap: cannot be read"):
-        read_recording(tmp_path / "absent.mcap")
+        read_mcap(tmp_path / "absent.mcap")
     with pytest.raises(InputError, match="cannot be written"):
         write_recording(recording(), tmp_path / "no" / "folder.mcap")
 
@@ -225,7 +244,7 @@ def test_a_recording_that_unpacks_too_large_is_refused(
     write_recording(recording(), path)
     monkeypatch.setattr(mcap_file, "MAX_BYTES", path.stat().st_size + 100)
     with pytest.raises(InputError, match=r"large\.mcap: larger than"):
-        read_recording(path)
+        read_mcap(path)
 
 
 def test_digest_tells_recordings_apart() -> None:
