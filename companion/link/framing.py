@@ -8,6 +8,7 @@ import re
 import struct
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import Enum, auto
 from functools import cache
 from typing import NamedTuple, cast
 
@@ -29,7 +30,6 @@ _MESSAGES: dict[int, type[Message]] = mavlink.mavlink_map
 _SEEDS_AND_SIZES = {
     message_id: (bytes([kind.crc_extra]), kind.unpacker.size) for message_id, kind in _MESSAGES.items()
 }
-_NO_FRAME = (None, 1)
 
 
 class Frame(NamedTuple):
@@ -40,6 +40,15 @@ class Frame(NamedTuple):
     component_id: int
     sequence: int
     payload: bytes
+
+
+class NoFrame(Enum):
+    """Why bytes that begin like a frame are none."""
+
+    UNFINISHED = auto()
+    BAD_CHECKSUM = auto()
+    UNKNOWN_MESSAGE = auto()
+    IMPOSSIBLE = auto()
 
 
 @dataclass(slots=True)
@@ -73,61 +82,61 @@ class FrameSplitter:
         frames: list[Frame] = []
         at, end = 0, len(stream)
         while at < end:
-            start = at if stream[at] == _V2 else _next_start(stream, at)
+            start = at if stream[at] == _V2 else next_start(stream, at)
             counts.stray_bytes += start - at
             at = start
             if at == end:
                 break
-            candidate = self._read(stream, at)
-            if candidate is None:
+            found = frame_at(stream, at)
+            if found is NoFrame.UNFINISHED:
                 break
-            frame, length = candidate
-            if frame is not None:
+            if isinstance(found, NoFrame):
+                counts.bad_checksums += found is NoFrame.BAD_CHECKSUM
+                counts.unknown_messages += found is NoFrame.UNKNOWN_MESSAGE
+                counts.stray_bytes += 1
+                at += 1
+            else:
+                frame, at = found
                 frames.append(frame)
-            at += length
         self._unfinished = stream[at:]
         counts.frames += len(frames)
         return frames
 
-    def _read(self, stream: bytes, at: int) -> tuple[Frame | None, int] | None:
-        """The frame at `at` and its length; `_NO_FRAME` if there is none, None if it is unfinished."""
-        version_2 = stream[at] == _V2
-        header_length = 10 if version_2 else 6
-        if len(stream) - at < header_length:
-            return None
-        if version_2:
-            payload_length, flags, sequence, system_id, component_id, low, high = _HEADER_V2.unpack_from(
-                stream, at
-            )
-            message_id = low | high << 16
-        else:
-            payload_length, sequence, system_id, component_id, message_id = _HEADER_V1.unpack_from(stream, at)
-            flags = 0
-        if flags & ~_SIGNED:
-            return self._pass_over()
-        if message_id not in _SEEDS_AND_SIZES:
-            self.counts.unknown_messages += 1
-            return self._pass_over()
-        seed, size = _SEEDS_AND_SIZES[message_id]
-        if payload_length > size and not version_2:  # only version 2 lets a message grow
-            return self._pass_over()
-        checksum_at = at + header_length + payload_length
-        frame_end = checksum_at + 2 + (_SIGNATURE_LENGTH if flags & _SIGNED else 0)
-        if frame_end > len(stream):
-            return None
-        checksum = mcrf4xx(seed, mcrf4xx(stream[at + 1 : checksum_at]))
-        if checksum != _CHECKSUM.unpack_from(stream, checksum_at)[0]:
-            self.counts.bad_checksums += 1
-            return self._pass_over()
-        payload = stream[at + header_length : checksum_at]
-        return Frame(message_id, system_id, component_id, sequence, payload), frame_end - at
 
-    def _pass_over(self) -> tuple[None, int]:
-        self.counts.stray_bytes += 1
-        return _NO_FRAME
+def frame_at(stream: bytes, at: int) -> tuple[Frame, int] | NoFrame:
+    """The frame that begins at `at`, where its first byte is right, and where it ends; or why it is none."""
+    version_2 = stream[at] == _V2
+    header_length = 10 if version_2 else 6
+    if len(stream) - at < header_length:
+        return NoFrame.UNFINISHED
+    if version_2:
+        payload_length, flags, sequence, system_id, component_id, low, high = _HEADER_V2.unpack_from(
+            stream, at
+        )
+        message_id = low | high << 16
+    else:
+        payload_length, sequence, system_id, component_id, message_id = _HEADER_V1.unpack_from(stream, at)
+        flags = 0
+    if flags & ~_SIGNED:
+        return NoFrame.IMPOSSIBLE
+    if message_id not in _SEEDS_AND_SIZES:
+        return NoFrame.UNKNOWN_MESSAGE
+    seed, size = _SEEDS_AND_SIZES[message_id]
+    if payload_length > size and not version_2:  # only version 2 lets a message grow
+        return NoFrame.IMPOSSIBLE
+    checksum_at = at + header_length + payload_length
+    frame_end = checksum_at + 2 + (_SIGNATURE_LENGTH if flags & _SIGNED else 0)
+    if frame_end > len(stream):
+        return NoFrame.UNFINISHED
+    checksum = mcrf4xx(seed, mcrf4xx(stream[at + 1 : checksum_at]))
+    if checksum != _CHECKSUM.unpack_from(stream, checksum_at)[0]:
+        return NoFrame.BAD_CHECKSUM
+    payload = stream[at + header_length : checksum_at]
+    return Frame(message_id, system_id, component_id, sequence, payload), frame_end
 
 
-def _next_start(stream: bytes, at: int) -> int:
+def next_start(stream: bytes, at: int) -> int:
+    """Where the next byte is with which a frame can begin; the stream's length when there is none."""
     found = _START.search(stream, at)
     return found.start() if found else len(stream)
 
