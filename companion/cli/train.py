@@ -17,7 +17,9 @@ from companion.recording import Recording, read_recording
 
 
 def train(
-    dataset: Annotated[Path, typer.Argument(dir_okay=False, help="Recording that `collect` or `fly` wrote.")],
+    dataset: Annotated[
+        Path, typer.Argument(dir_okay=False, help="Recording of `collect` or `fly`, .tlog or .ulg.")
+    ],
     output: Annotated[Path, typer.Option(dir_okay=False, help="File for the model (safetensors).")],
     preview: Annotated[
         float | None,
@@ -25,9 +27,13 @@ def train(
     ] = None,
     preset: options.PresetOption = options.Preset.DEFAULT,
     name: options.VehicleName = None,
+    system_id: Annotated[
+        int | None,
+        typer.Option(min=1, max=255, help="MAVLink id of the vehicle, in a telemetry log of several."),
+    ] = None,
     seed: options.Seed = 0,
 ) -> None:
-    """Train the inverse network of the vehicle that flew a data set, and write the model.
+    """Train the inverse network of the vehicle that flew a data set or a flight log, and write the model.
 
     Same data, same seed, same model. Needs torch; flying with the model does not.
 
@@ -38,7 +44,7 @@ def train(
         usual_preview, sample_time_s = PAPER.preview, PAPER.sample_time_s
     else:
         usual_preview, sample_time_s = PREVIEW, SAMPLE_TIME_S
-    recording = _named(read_recording(dataset), name)
+    recording = _named(read_recording(dataset, system_id=system_id), name)
     options.writable(output)
     with console.status("preparing the samples") as status:
         network = train_inverse_network(

@@ -37,6 +37,7 @@ from pydantic import TypeAdapter
 
 from companion.arrays import Vec3
 from companion.errors import InputError
+from companion.recording.bounded_file import MAX_BYTES, read_bytes, too_large
 from companion.recording.segments import Segment, Window
 from companion.recording.series import (
     Provenance,
@@ -57,9 +58,6 @@ SEGMENTS = "segments"
 
 SEGMENT_LIST = TypeAdapter(tuple[Segment, ...])
 HOVER = TypeAdapter(Window | None)
-
-MAX_BYTES = 2**30
-"""No recording may be larger, packed or unpacked (bytes): three hours at the usual rates."""
 
 NOT_XYZ = {"attitude": ("roll", "pitch", "yaw"), "rates": ("p", "q", "r"), "yaw": ()}
 """Columns whose components have names of their own, or that are mere numbers and have none."""
@@ -295,12 +293,7 @@ def read_mcap(path: Path) -> Recording:
     Raises:
         InputError: when the file cannot be read, is no recording, is damaged or is too large.
     """
-    try:
-        if path.stat().st_size > MAX_BYTES:
-            raise _too_large(path)
-        file = io.BytesIO(path.read_bytes())  # unlike a file, it never allocates what a length field claims
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
+    file = io.BytesIO(read_bytes(path))  # unlike a file, it never allocates what a length field claims
     contents = _Contents()
     whole = _read_into(contents, file, path)
     if contents.provenance is None:
@@ -333,10 +326,6 @@ def _read_into(contents: _Contents, file: io.BytesIO, path: Path) -> bool:
     return True
 
 
-def _too_large(path: Path) -> InputError:
-    return InputError(f"{path}: larger than {MAX_BYTES} bytes: too large for one recording")
-
-
 def _records(file: io.BytesIO, path: Path) -> Iterator[McapRecord]:
     """The records of the data section, those inside chunks too, each chunk checked against its CRC."""
     unpacked = 0
@@ -346,7 +335,7 @@ def _records(file: io.BytesIO, path: Path) -> Iterator[McapRecord]:
             case Chunk():
                 unpacked += _unpacked_size(record)
                 if unpacked > MAX_BYTES:
-                    raise _too_large(path)
+                    raise too_large(path)
                 yield from breakup_chunk(record, validate_crc=True)
             case DataEnd():
                 return
