@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from companion.autopilot.ardupilot import ArduPilot
 from companion.autopilot.interface import Autopilot
 from companion.autopilot.px4 import Px4
 from companion.errors import FlightError, NoReplyError
@@ -13,8 +14,18 @@ from companion.link.telemetry import Telemetry
 
 _AUTOPILOTS: Mapping[int, Callable[[Connection, Telemetry], Autopilot]] = {
     mavlink.MAV_AUTOPILOT_PX4: Px4,
+    mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA: ArduPilot,
 }
 """What flies which MAV_AUTOPILOT."""
+_MULTIROTORS = (
+    mavlink.MAV_TYPE_QUADROTOR,
+    mavlink.MAV_TYPE_HEXAROTOR,
+    mavlink.MAV_TYPE_OCTOROTOR,
+    mavlink.MAV_TYPE_TRICOPTER,
+    mavlink.MAV_TYPE_DODECAROTOR,
+    mavlink.MAV_TYPE_DECAROTOR,
+    mavlink.MAV_TYPE_COAXIAL,
+)
 _NAMES = {mavlink.MAV_AUTOPILOT_PX4: "PX4", mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA: "ArduPilot"}
 
 
@@ -60,7 +71,13 @@ async def detect(connection: Connection, telemetry: Telemetry) -> Autopilot:
     identity = await identify(connection)
     make = _AUTOPILOTS.get(connection.heartbeat.autopilot)
     if make is None:
-        raise FlightError(f"{identity.autopilot} vehicles cannot be flown yet: connect to a PX4 vehicle")
+        raise FlightError(
+            f"{identity.autopilot} vehicles cannot be flown: connect to one of {' or '.join(_NAMES.values())}"
+        )
+    if connection.heartbeat.type not in _MULTIROTORS:  # modes of planes and rovers have other numbers
+        raise FlightError(
+            f"this {identity.autopilot} vehicle (MAV_TYPE {connection.heartbeat.type}) is no multirotor"
+        )
     if identity.takes_setpoints is False:
         raise FlightError(f"this {identity.autopilot} takes no position setpoints: it needs another build")
     return make(connection, telemetry)

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from fake_px4 import LOITER, OFFBOARD, POSCTL, FakePx4, accepted, refused
+from fake_autopilots import LOITER, OFFBOARD, POSCTL, FakePx4, accepted, refused
 
 from companion import clock
 from companion.autopilot.detect import Identity, detect, identify
@@ -178,13 +178,24 @@ def test_a_px4_that_does_not_tell_its_version_is_flown_all_the_same() -> None:
     clock.run(scenario(), virtual=True)
 
 
-@pytest.mark.parametrize(
-    ("autopilot", "name"), [(mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, "ArduPilot"), (1, "autopilot 1")]
-)
-def test_other_autopilots_cannot_be_flown_yet(autopilot: int, name: str) -> None:
+def test_other_autopilots_cannot_be_flown() -> None:
     async def scenario() -> None:
-        async with FakePx4(autopilot).flown() as (connection, telemetry):
-            with pytest.raises(FlightError, match=f"{name} vehicles cannot be flown yet"):
+        async with FakePx4(autopilot=1).flown() as (connection, telemetry):
+            with pytest.raises(
+                FlightError, match=r"autopilot 1 vehicles .* connect to one of PX4 or ArduPilot"
+            ):
+                await detect(connection, telemetry)
+
+    clock.run(scenario(), virtual=True)
+
+
+@pytest.mark.parametrize("autopilot", [mavlink.MAV_AUTOPILOT_PX4, mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA])
+def test_only_multirotors_are_flown(autopilot: int) -> None:
+    async def scenario() -> None:
+        vehicle = FakePx4(autopilot)
+        vehicle.type = mavlink.MAV_TYPE_GROUND_ROVER
+        async with vehicle.flown() as (connection, telemetry):
+            with pytest.raises(FlightError, match=r"\(MAV_TYPE 10\) is no multirotor"):
                 await detect(connection, telemetry)
 
     clock.run(scenario(), virtual=True)

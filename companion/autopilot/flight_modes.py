@@ -1,0 +1,113 @@
+"""The modes of a vehicle in flight: whose it is, and waiting for what it was asked to do."""
+
+import asyncio
+from collections.abc import Callable, Container
+
+from companion import clock
+from companion.errors import FlightError, LinkError, TakenError
+from companion.link.command import command
+from companion.link.connection import Connection
+from companion.link.dialect import mavlink
+from companion.link.telemetry import Telemetry
+
+MODE_TIMEOUT_S = 3.0
+"""A change of mode shows in the next HEARTBEAT, which comes once a second."""
+_POLL_S = 0.02
+
+
+class FlightModes:
+    """The modes of one vehicle, by HEARTBEAT.custom_mode, and whether it is ours.
+
+    Args:
+        connection: to the vehicle.
+        telemetry: of the same vehicle.
+        name: the autopilot's own name of a mode.
+        following: the mode in which the vehicle follows setpoints.
+    """
+
+    def __init__(
+        self, connection: Connection, telemetry: Telemetry, name: Callable[[int], str], following: int
+    ) -> None:
+        self._connection = connection
+        self._telemetry = telemetry
+        self._name = name
+        self._following = following
+        self._engaged = False
+        self._taken = asyncio.Event()
+        self._taken_by = ""
+        connection.subscribe(mavlink.MAVLink_heartbeat_message, self._watch)
+
+    @property
+    def now(self) -> str:
+        """The name of the mode that the vehicle is in."""
+        return self._name(self._telemetry.status.custom_mode)
+
+    @property
+    def engaged(self) -> bool:
+        """Whether the vehicle follows our setpoints, in the mode for that because we asked for it."""
+        return self._engaged
+
+    def engage(self) -> None:
+        """From now on, leaving the mode that follows setpoints is noticed."""
+        self._taken.clear()
+        self._engaged = True
+
+    def release(self) -> None:
+        """We are about to send the vehicle elsewhere."""
+        self._engaged = False
+
+    async def until_taken(self) -> str:
+        """Wait until the engaged vehicle changes its mode unasked; the name of the mode that it went to."""
+        await self._taken.wait()
+        return self._taken_by
+
+    async def switch(self, mode: int, *params: float) -> None:
+        """Have the vehicle go to `mode`, as parameters 2 and on of MAV_CMD_DO_SET_MODE name it.
+
+        Raises:
+            RefusedError, NoReplyError, FlightError, LinkError: as `command` and `until`.
+        """
+        flags = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
+        await command(self._connection, mavlink.MAV_CMD_DO_SET_MODE, flags, *params)
+        await self.until(lambda: self._is_in((mode,)), MODE_TIMEOUT_S, f"it did not go to {self._name(mode)}")
+
+    async def until(self, condition: Callable[[], bool], timeout_s: float, otherwise: str) -> None:
+        """Wait until `condition` holds.
+
+        Raises:
+            FlightError: it did not within `timeout_s` (s); `otherwise` says what that means.
+            LinkError: the vehicle fell silent meanwhile.
+        """
+        give_up_s = clock.now() + timeout_s
+        while not condition():
+            if self._connection.lost:
+                raise LinkError("the vehicle fell silent: check the link")
+            if clock.now() >= give_up_s:
+                raise FlightError(
+                    f"the vehicle accepted, but {otherwise} within {timeout_s:g} s; mode {self.now}"
+                )
+            await asyncio.sleep(_POLL_S)
+
+    def unless_taken(self, modes: tuple[int, ...], condition: Callable[[], bool]) -> Callable[[], bool]:
+        """`condition`, but for a TakenError once the vehicle was in the first of `modes` and is in none."""
+        begun = False
+
+        def checked() -> bool:
+            nonlocal begun
+            begun = begun or self._is_in(modes[:1])
+            if condition():
+                return True
+            if begun and self._telemetry.status.armed and not self._is_in(modes):
+                raise TakenError(f"the vehicle went to {self.now} unasked: it was left to whoever did that")
+            return False
+
+        return checked
+
+    def _is_in(self, modes: Container[int]) -> bool:
+        return self._telemetry.status.custom_mode in modes
+
+    def _watch(self, message: mavlink.MAVLink_heartbeat_message) -> None:
+        if self._engaged and message.custom_mode != self._following:
+            self._engaged = False
+            self._taken_by = self._name(message.custom_mode)
+            self._taken.set()

@@ -1,0 +1,53 @@
+"""Steps of a flight that every autopilot takes alike: arm, climb, come down."""
+
+from companion.arrays import Vec3
+from companion.autopilot.flight_modes import MODE_TIMEOUT_S, FlightModes
+from companion.link.command import command
+from companion.link.connection import Connection
+from companion.link.dialect import mavlink
+from companion.link.status import Landed
+from companion.link.telemetry import Telemetry
+
+_CLIMB_M_S = 0.5  # slower than any sensible MPC_TKO_SPEED or WPNAV_SPEED_UP
+_TAKEOFF_MARGIN_S = 10.0  # motors spin up, heartbeat
+_TAKEOFF_TOLERANCE_M = 0.3
+_LAND_TIMEOUT_S = 180.0
+
+
+async def arm(connection: Connection, telemetry: Telemetry, modes: FlightModes) -> None:
+    """Arm the vehicle, unless it is armed; raises as `command` and `FlightModes.until`."""
+    if not telemetry.status.armed:
+        await command(connection, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1.0)
+        await modes.until(lambda: telemetry.status.armed, MODE_TIMEOUT_S, "it did not arm")
+
+
+async def until_climbed(
+    start: Vec3, altitude_m: float, telemetry: Telemetry, modes: FlightModes, own: tuple[int, ...]
+) -> None:
+    """Wait until the vehicle is `altitude_m` (m) above `start` (NED, m).
+
+    Raises:
+        TakenError: it left the modes of a takeoff, `own`, unasked.
+        FlightError, LinkError: as `FlightModes.until`.
+    """
+    enough_m = altitude_m - _TAKEOFF_TOLERANCE_M
+
+    def is_there() -> bool:
+        return telemetry.state is not None and start[2] - telemetry.state.position[2] >= enough_m
+
+    timeout_s = altitude_m / _CLIMB_M_S + _TAKEOFF_MARGIN_S
+    await modes.until(modes.unless_taken(own, is_there), timeout_s, f"it did not climb to {altitude_m:g} m")
+
+
+async def until_down(telemetry: Telemetry, modes: FlightModes, own: tuple[int, ...]) -> None:
+    """Wait until the vehicle is on the ground and disarmed itself.
+
+    Raises:
+        TakenError: it left the modes of a landing, `own`, unasked.
+        FlightError, LinkError: as `FlightModes.until`.
+    """
+
+    def is_down() -> bool:
+        return telemetry.status.landed is Landed.ON_GROUND and not telemetry.status.armed
+
+    await modes.until(modes.unless_taken(own, is_down), _LAND_TIMEOUT_S, "it did not land and disarm")
