@@ -4,8 +4,6 @@ from pathlib import Path
 
 from companion.recording.mcap_file import read_mcap
 from companion.recording.series import Recording
-from companion.recording.tlog_file import read_tlog
-from companion.recording.ulog_file import read_ulog
 
 
 def read_recording(path: Path, *, system_id: int | None = None) -> Recording:
@@ -18,9 +16,14 @@ def read_recording(path: Path, *, system_id: int | None = None) -> Recording:
     Raises:
         InputError: the file cannot be read, is damaged or too large, or has not what a recording needs.
     """
+    # What reads logs takes a while to import, and a flight does not need it.
     name = path.name.lower()
     if name.endswith((".tlog", ".tlog.xz")):
+        from companion.recording.tlog_file import read_tlog
+
         return read_tlog(path, system_id)
     if name.endswith(".ulg"):
+        from companion.recording.ulog_file import read_ulog
+
         return read_ulog(path)
     return read_mcap(path)

@@ -57,6 +57,19 @@ def roll_pitch_yaw(quaternion: Float[Array, "n 4"]) -> Vec3s:
     return turned
 
 
+def body_rates(time_s: Times, quaternion: Float[Array, "n 4"]) -> Vec3s:
+    """Rates about the body's axes (rad/s) out of its attitude, for logs without a gyroscope's.
+
+    NaN where there is no attitude or none after it; `quaternion` is from body to NED, scalar first.
+    """
+    rates = np.full((len(quaternion), 3), np.nan)
+    known = np.flatnonzero(np.isfinite(quaternion).all(axis=1) & quaternion.any(axis=1))
+    rotation = Rotation.from_quat(quaternion[known], scalar_first=True)
+    turned = (rotation[:-1].inv() * rotation[1:]).as_rotvec()
+    rates[known[:-1]] = turned / np.diff(time_s[known])[:, None]
+    return rates
+
+
 def _clean(sampled: Sampled) -> Sampled:
     time_s, values = sampled
     finite = np.isfinite(values).all(axis=1)
