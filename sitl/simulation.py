@@ -1,22 +1,25 @@
 """A vehicle in its conditions, moved through time: the one door to the simulator."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
 from sitl.arrays import Array, Quaternion, Vec3
+from sitl.battery import Pack
 from sitl.conditions import Conditions
 from sitl.errors import ConfigError
-from sitl.estimator import STEPS_PER_S, estimator, reset
+from sitl.estimator import STEPS_PER_S, Estimator, estimator, reset
 from sitl.estimator_errors import EstimatorErrors
+from sitl.firmware.ardupilot import ArduPilot
 from sitl.firmware.interface import Autopilot, Firmware
 from sitl.firmware.px4 import Px4
 from sitl.plant import STEPS_PER_TICK, TICK_S, TickNoise, plant
 from sitl.vehicle import Vehicle, load_vehicle
 from sitl.wind import wind
 
-_FIRMWARE = {"px4": Px4}
+_FIRMWARE: dict[str, Callable[[Vehicle, Estimator, Pack], Firmware]] = {"px4": Px4, "ardupilot": ArduPilot}
 
 
 @dataclass(frozen=True, slots=True, eq=False)

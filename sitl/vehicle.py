@@ -12,6 +12,7 @@ from sitl import files
 from sitl.arrays import Array
 from sitl.estimator_errors import EstimatorErrors
 from sitl.files import KeyFaultError
+from sitl.firmware.ardupilot_parameters import ArduPilotParameters
 from sitl.firmware.px4_parameters import Px4Parameters
 
 GRAVITY_M_S2 = 9.80665
@@ -108,6 +109,8 @@ class Vehicle(_Section):
     firmware: Literal["px4", "ardupilot"] = "px4"
     px4_parameters: Px4Parameters = Px4Parameters()
     """Only what differs; rate and attitude gains left out are tuned to the airframe, the rest is PX4's."""
+    ardupilot_parameters: ArduPilotParameters = ArduPilotParameters()
+    """The same for ArduPilot."""
 
     @model_validator(mode="after")
     def _can_fly(self) -> "Vehicle":

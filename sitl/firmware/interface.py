@@ -16,7 +16,7 @@ _OFF = float("nan")
 
 
 class Mode(Enum):
-    """Flight modes, by their PX4 names."""
+    """Flight modes, by their PX4 names; STABILIZE and BRAKE are ArduPilot's."""
 
     POSCTL = auto()
     HOLD = auto()  # AUTO.LOITER
@@ -24,6 +24,8 @@ class Mode(Enum):
     LAND = auto()
     RTL = auto()
     OFFBOARD = auto()
+    STABILIZE = auto()  # in which it boots
+    BRAKE = auto()  # a hold without pilot
 
 
 class Landed(Enum):

@@ -1,0 +1,410 @@
+"""A simulated ArduPilot Copter: modes, arming, takeoff, landing, failsafes, and the controllers behind them.
+
+Behaviour follows ArduPilot's documentation (https://ardupilot.org/copter/docs/flight-modes.html and
+https://ardupilot.org/copter/docs/arming_the_motors.html) as far as flying from a companion needs.
+"""
+
+import math
+from enum import Enum, auto
+
+import numpy as np
+
+from sitl.arrays import Vec3
+from sitl.battery import Pack
+from sitl.estimator import STEPS_PER_S, Estimator
+from sitl.firmware.ardupilot_attitude import begin_attitude
+from sitl.firmware.ardupilot_guidance import Guidance
+from sitl.firmware.ardupilot_loops import begin_control, fly_tick, new_loops, start_sensors
+from sitl.firmware.ardupilot_position import learn_hover
+from sitl.firmware.ardupilot_tuning import tuned_parameters
+from sitl.firmware.interface import (
+    Battery,
+    Estimate,
+    Health,
+    Landed,
+    Mode,
+    Result,
+    Setpoint,
+    Severity,
+    StatusText,
+)
+from sitl.plant import STEPS_PER_TICK, TICK_S, Plant, TickNoise
+from sitl.vehicle import Vehicle
+
+_NAMES = {
+    Mode.STABILIZE: "STABILIZE",
+    Mode.HOLD: "LOITER",
+    Mode.BRAKE: "BRAKE",
+    Mode.OFFBOARD: "GUIDED",
+    Mode.LAND: "LAND",
+    Mode.RTL: "RTL",
+}
+_MODES_TO_ARM_IN = frozenset((Mode.STABILIZE, Mode.HOLD, Mode.OFFBOARD))
+_BATTERY_ACTIONS = {0: None, 1: Mode.LAND, 2: Mode.RTL}
+
+_LIFTED_THROTTLE = 0.9
+_LIFTED_SPEED_SHARE = 0.1
+"""A takeoff is in the air at this throttle, or at this share of WPNAV_SPEED_UP."""
+_NO_THROTTLE = 0.01
+_STILL_M_S = 1.0
+_LANDED_AFTER_S = 1.0
+_HOVER_LEARNING_S = 10.0
+_HOVERING_M_S = 0.6
+_HOVERING_TILT = math.radians(5.0)
+
+
+class Phase(Enum):
+    """Of a flight, as far as the throttle cares."""
+
+    GROUND = auto()
+    LIFTING = auto()  # the throttle is raised until the vehicle moves
+    FLIGHT = auto()
+
+
+class ArduPilot:
+    """Implements `interface.Firmware`; GUIDED is `Mode.OFFBOARD`, LOITER is `Mode.HOLD`."""
+
+    def __init__(self, vehicle: Vehicle, estimator: Estimator, pack: Pack) -> None:
+        self.parameters = tuned_parameters(vehicle)
+        self._loops = new_loops(vehicle, self.parameters)
+        self._guidance = Guidance(self.parameters, self._loops.path)
+        self._estimator = estimator
+        self._pack = pack
+        self._mode = Mode.STABILIZE
+        self._phase = Phase.GROUND
+        self._armed = False
+        self._failsafe = False
+        self._time_s = 0.0
+        self._since_s = 0.0  # of lifting, or of idling on the ground
+        self._still_s = 0.0
+        self._over_home_s = 0.0
+        self._low_battery_s = 0.0
+        self._climbs_to: float | None = None
+        self._setpoint_at_s: float | None = None
+        self._resets = int(estimator.resets[0])
+        self._home = estimator.position.copy()
+        self._texts: list[StatusText] = []
+
+    # What it reports
+
+    @property
+    def estimate(self) -> Estimate:
+        """A copy of the estimate of this instant."""
+        e = self._estimator
+        wanted = self._loops.position_state.wanted
+        return Estimate(
+            time_s=self._time_s,
+            position=e.position.copy(),
+            velocity=e.velocity.copy(),
+            acceleration=np.array((wanted[0], wanted[1], self._loops.sensors.down[1])),
+            attitude=e.attitude.copy(),
+            rates=e.rates.copy(),
+        )
+
+    @property
+    def active_setpoint(self) -> Setpoint:
+        """What the position controller follows now, in any mode."""
+        return self._guidance.setpoint
+
+    @property
+    def mode(self) -> Mode:
+        """The mode that flies now, a failsafe's included."""
+        return self._mode
+
+    @property
+    def armed(self) -> bool:
+        """Whether the rotors may turn."""
+        return self._armed
+
+    @property
+    def landed(self) -> Landed:
+        """As the land detector has it."""
+        if self._phase is not Phase.FLIGHT:
+            return Landed.ON_GROUND
+        if self._mode is Mode.LAND:
+            return Landed.LANDING
+        return Landed.IN_AIR if self._climbs_to is None else Landed.TAKING_OFF
+
+    @property
+    def failsafe(self) -> bool:
+        """Whether a failsafe chose the present mode."""
+        return self._failsafe
+
+    @property
+    def battery(self) -> Battery:
+        """As measured."""
+        remaining, voltage, current = self._pack.state.tolist()
+        return Battery(voltage_v=voltage, current_a=current, remaining=remaining)
+
+    @property
+    def health(self) -> Health:
+        """Of the sensors and of the estimate; ready to arm when nothing would refuse it in this mode."""
+        return Health(
+            sensors_ok=True, position_ok=self._position_ok, ready_to_arm=self._reason_not_to_arm() is None
+        )
+
+    def take_status_texts(self) -> list[StatusText]:
+        """The texts since the last call, oldest first."""
+        texts, self._texts = self._texts, []
+        return texts
+
+    # What it is asked
+
+    def arm(self, *, force: bool = False) -> Result:
+        """Arm, unless a check refuses; the reason is a status text."""
+        if self._armed:
+            return Result.ACCEPTED
+        reason = None if force else self._reason_not_to_arm()
+        if reason is not None:
+            self._say(Severity.CRITICAL, f"Arm: {reason}")
+            return Result.FAILED
+        self._armed = True
+        self._since_s = self._time_s
+        self._home = self._estimator.position.copy()
+        self._say(Severity.INFO, "Arming motors")
+        return Result.ACCEPTED
+
+    def disarm(self, *, force: bool = False) -> Result:
+        """Disarm on the ground; in the air only when forced."""
+        if self._armed and self._phase is Phase.FLIGHT and not force:
+            return Result.FAILED
+        if self._armed:
+            self._disarm()
+        return Result.ACCEPTED
+
+    def set_mode(self, mode: Mode) -> Result:
+        """Change the mode, unless its conditions are not met; the reason is a status text."""
+        reason = self._reason_not_to_enter(mode)
+        if reason is not None:
+            self._say(Severity.WARNING, f"Mode change to {_NAMES.get(mode, mode.name)} failed: {reason}")
+            return Result.FAILED
+        self._failsafe = False
+        if mode is not self._mode:
+            self._enter(mode)
+        return Result.ACCEPTED
+
+    def takeoff(self, altitude_m: float | None = None) -> Result:
+        """In GUIDED and armed on the ground: climb to `altitude_m` (m) above home, and stay in GUIDED."""
+        height = float(self._home[2] - self._estimator.position[2])
+        if (
+            self._mode is not Mode.OFFBOARD
+            or not self._armed
+            or self._phase is Phase.FLIGHT
+            or altitude_m is None
+            or not altitude_m > height
+        ):
+            return Result.FAILED
+        self._phase = Phase.LIFTING
+        self._since_s = self._time_s
+        self._setpoint_at_s = None
+        self._climbs_to = float(self._home[2]) - altitude_m
+        return Result.ACCEPTED
+
+    def reposition(self, position: Vec3, yaw: float) -> Result:
+        """GUIDED to another place, NED (m, rad); NaN keeps what is."""
+        if self._reason_not_to_enter(Mode.OFFBOARD) is not None:
+            return Result.DENIED
+        self._failsafe = False
+        if self._mode is not Mode.OFFBOARD:
+            self._enter(Mode.OFFBOARD)
+        self._interrupt_takeoff()
+        self._setpoint_at_s = None
+        here = self._loops.path.position
+        self._guidance.fly_over([np.where(np.isfinite(position), position, here)], yaw)
+        return Result.ACCEPTED
+
+    def offboard_setpoint(self, setpoint: Setpoint) -> None:
+        """A setpoint arrived now; GUIDED follows it at once, other modes do not look at it."""
+        if self._mode is not Mode.OFFBOARD:
+            return
+        self._interrupt_takeoff()
+        self._setpoint_at_s = self._time_s
+        if self._guidance.follow(setpoint) and self._phase is Phase.FLIGHT:
+            begin_control(self._loops, self._estimator)
+
+    # What it does by itself
+
+    def begin_in_flight(self) -> None:
+        """Fly already, armed, in GUIDED; the estimate says where."""
+        self._armed = True
+        self._mode = Mode.OFFBOARD
+        self._phase = Phase.FLIGHT
+        self._home = self._estimator.position.copy()
+        loops, e = self._loops, self._estimator
+        start_sensors(loops.sensors, e.rates, float(e.velocity[2]))
+        begin_attitude(loops.attitude_state, e.attitude, e.rates)
+        hover = loops.position_state.scalars[1]
+        loops.throttle[0] = loops.position_state.scalars[0] = hover
+        loops.thrusts[:] = hover
+        begin_control(loops, e)
+        self._guidance.stop()
+
+    def fly_tick(self, plant: Plant, first_step: int, noise: TickNoise) -> None:
+        """Modes and failsafes, then the fast loop with the plant, for one tick."""
+        self._update((first_step + STEPS_PER_TICK) / STEPS_PER_S)
+        fly_tick(
+            plant,
+            self._estimator,
+            self._loops,
+            self._guidance.target,
+            self._armed,
+            self._open_throttle(),
+            self._mode in (Mode.LAND, Mode.RTL),
+            first_step,
+            noise,
+        )
+
+    def _update(self, until_s: float) -> None:
+        self._follow_resets()
+        if self._armed:
+            self._watch_battery()
+            if self._phase is Phase.FLIGHT:
+                self._fly()
+            elif self._phase is Phase.LIFTING:
+                self._lift_off()
+            elif 0.0 < self.parameters.DISARM_DELAY <= self._time_s - self._since_s:
+                self._disarm()
+        self._time_s = until_s
+
+    def _fly(self) -> None:
+        p = self.parameters
+        if self._mode is Mode.OFFBOARD:
+            self._watch_setpoints()
+            self._watch_climb()
+        elif self._mode is Mode.LAND:
+            self._guidance.descend(self._height)
+        elif self._mode is Mode.RTL:
+            self._return_home()
+        if p.MOT_HOVER_LEARN:
+            self._learn_hover()
+        self._watch_ground()
+
+    def _return_home(self) -> None:
+        self._guidance.next_leg()
+        if not self._guidance.arrived:
+            self._over_home_s = self._time_s
+        elif self._time_s - self._over_home_s >= 1e-3 * self.parameters.RTL_LOIT_TIME:
+            self._enter(Mode.LAND)
+
+    def _watch_setpoints(self) -> None:
+        at_s = self._setpoint_at_s
+        if at_s is not None and self._time_s - at_s > self.parameters.GUID_TIMEOUT:
+            self._setpoint_at_s = None
+            self._guidance.lose_setpoints()
+
+    def _watch_climb(self) -> None:
+        if self._climbs_to is not None and self._estimator.position[2] < self._climbs_to + 0.1:
+            self._climbs_to = None
+
+    def _lift_off(self) -> None:
+        """Raise the throttle until the vehicle moves, then hand over to the position controller."""
+        p = self.parameters
+        climbs = -self._estimator.velocity[2] > _LIFTED_SPEED_SHARE * 0.01 * p.WPNAV_SPEED_UP
+        if (climbs or self._open_throttle() >= _LIFTED_THROTTLE) and self._climbs_to is not None:
+            self._phase = Phase.FLIGHT
+            self._still_s = 0.0
+            self._guidance.take_off(self._climbs_to)
+
+    def _open_throttle(self) -> float:
+        if self._phase is Phase.FLIGHT:
+            return math.nan
+        if self._phase is Phase.GROUND:
+            return 0.0
+        p = self.parameters
+        return max(0.0, self._time_s - self._since_s - p.MOT_SPOOL_TIME) / p.TKOFF_SLEW_TIME
+
+    def _interrupt_takeoff(self) -> None:
+        """Another target ends a takeoff; on the ground that leaves the vehicle there, as ArduPilot does."""
+        self._climbs_to = None
+        if self._phase is Phase.LIFTING:
+            self._rest()
+
+    def _watch_ground(self) -> None:
+        velocity = self._estimator.velocity
+        still = self._loops.throttle[0] < _NO_THROTTLE and float(np.linalg.norm(velocity)) < _STILL_M_S
+        self._still_s = self._still_s + TICK_S if still else 0.0
+        if self._still_s >= _LANDED_AFTER_S:
+            self._rest()
+            if self._mode is Mode.LAND:
+                self._disarm()
+
+    def _rest(self) -> None:
+        self._phase = Phase.GROUND
+        self._since_s = self._time_s
+        self._climbs_to = None
+
+    def _disarm(self) -> None:
+        self._armed = False
+        self._rest()
+        self._say(Severity.INFO, "Disarming motors")
+
+    def _learn_hover(self) -> None:
+        e, throttle = self._estimator, float(self._loops.throttle[0])
+        tilt = 2.0 * math.asin(min(1.0, math.hypot(e.attitude[1], e.attitude[2])))
+        if abs(e.velocity[2]) < _HOVERING_M_S and tilt < _HOVERING_TILT and throttle > 0.0:
+            learn_hover(self._loops.position_state, throttle, TICK_S, _HOVER_LEARNING_S)
+
+    def _watch_battery(self) -> None:
+        """Warn when the voltage stays low, and land or return if BATT_FS_LOW_ACT says so."""
+        p = self.parameters
+        low = self._pack.state[1] < p.BATT_LOW_VOLT
+        before_s = self._low_battery_s
+        self._low_battery_s = before_s + TICK_S if low else 0.0
+        if not before_s < p.BATT_LOW_TIMER <= self._low_battery_s:
+            return
+        self._say(Severity.WARNING, f"Battery 1 is low {self._pack.state[1]:.2f}V")
+        action = _BATTERY_ACTIONS[p.BATT_FS_LOW_ACT]
+        if action is not None and self._phase is Phase.FLIGHT and self._mode is not Mode.LAND:
+            self._enter(action)
+            self._failsafe = True
+            self._say(Severity.CRITICAL, f"Battery Failsafe, mode {_NAMES[action]}")
+
+    def _follow_resets(self) -> None:
+        """Let the path jump along with the estimate, so that the vehicle does not."""
+        if self._estimator.resets[0] != self._resets:
+            self._resets = int(self._estimator.resets[0])
+            self._loops.path.position[:] += self._estimator.jump[0]
+            self._loops.path.velocity[:] += self._estimator.jump[1]
+
+    def _enter(self, mode: Mode) -> None:
+        self._mode = mode
+        self._interrupt_takeoff()
+        self._setpoint_at_s = None
+        if self._phase is not Phase.FLIGHT:
+            return
+        begin_control(self._loops, self._estimator)
+        self._guidance.stop()
+        if mode is Mode.RTL:
+            here = self._loops.path.position
+            down = min(here[2], self._home[2] - 0.01 * self.parameters.RTL_ALT)
+            self._over_home_s = self._time_s
+            self._guidance.fly_over(
+                [np.array((here[0], here[1], down)), np.array((self._home[0], self._home[1], down))]
+            )
+
+    @property
+    def _height(self) -> float:
+        return float(self._home[2] - self._estimator.position[2])
+
+    @property
+    def _position_ok(self) -> bool:
+        return bool(np.isfinite(self._estimator.position).all())
+
+    def _reason_not_to_enter(self, mode: Mode) -> str | None:
+        if mode not in _NAMES:
+            return "no such mode"
+        if mode is Mode.STABILIZE:
+            return "no pilot" if self._phase is Phase.FLIGHT else None
+        return None if self._position_ok else "requires position"
+
+    def _reason_not_to_arm(self) -> str | None:
+        if self._mode not in _MODES_TO_ARM_IN:
+            return f"{_NAMES[self._mode]} mode not armable"
+        if not self._position_ok:
+            return "Need Position Estimate"
+        if self._low_battery_s > 0.0 or self._pack.state[1] < self.parameters.BATT_LOW_VOLT:
+            return "Battery failsafe"
+        return None
+
+    def _say(self, severity: Severity, text: str) -> None:
+        self._texts.append(StatusText(severity, text))
