@@ -50,11 +50,28 @@ def read_ulog(path: Path) -> Recording:
     )
 
 
+class _File(io.BytesIO):
+    """The bytes of a log, such that going back by what was asked for undoes a read that came up short.
+
+    pyulog goes back so over what it takes for damage, and would read the end of a cut file for ever.
+    """
+
+    _missing = 0
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        content = super().read(size)
+        self._missing = max(0, (size or 0) - len(content))
+        return content
+
+    def seek(self, offset: int, whence: int = io.SEEK_SET, /) -> int:
+        return super().seek(offset + self._missing if whence == io.SEEK_CUR else offset, whence)
+
+
 def _parsed(content: bytes) -> ULog:
     topics = [POSITION, ATTITUDE, SETPOINT, RATES, STATUS]
     try:
         with contextlib.redirect_stdout(io.StringIO()):  # pyulog prints what it thinks of a damaged file
-            return ULog(io.BytesIO(content), topics)
+            return ULog(_File(content), topics)
     except UNREADABLE as error:
         raise InputError(f"damaged, or no ULog of PX4 ({error})") from error
 
@@ -68,11 +85,11 @@ def _sampled(log: ULog, topic: str, *names: str) -> Sampled:
     if not _logged(log, topic):
         raise InputError(f"the log has no topic {topic}: have PX4 log it (SDLOG_PROFILE)")
     data = log.get_dataset(topic).data
-    missing = [name for name in names if name not in data]
+    missing = [name for name in ("timestamp", *names) if name not in data]
     if missing:
         raise InputError(f"topic {topic} has no field {missing[0]}: logs of PX4 1.14 to 1.16 are read")
     columns = [np.asarray(data[name], dtype=np.float64) for name in names]
-    return data["timestamp"] * 1e-6, np.column_stack(columns)
+    return np.asarray(data["timestamp"] * 1e-6), np.column_stack(columns)
 
 
 def _vector(name: str, length: int = 3) -> list[str]:
