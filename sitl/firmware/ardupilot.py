@@ -5,7 +5,6 @@ https://ardupilot.org/copter/docs/arming_the_motors.html) as far as flying from 
 """
 
 import math
-from enum import Enum, auto
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from sitl.firmware.ardupilot_attitude import begin_attitude
 from sitl.firmware.ardupilot_guidance import Guidance
 from sitl.firmware.ardupilot_loops import begin_control, fly_tick, new_loops, start_sensors
 from sitl.firmware.ardupilot_position import learn_hover
+from sitl.firmware.ardupilot_takeoff import Phase, Takeoff
 from sitl.firmware.ardupilot_tuning import tuned_parameters
 from sitl.firmware.interface import (
     Battery,
@@ -38,27 +38,14 @@ _NAMES = {
     Mode.OFFBOARD: "GUIDED",
     Mode.LAND: "LAND",
     Mode.RTL: "RTL",
+    Mode.BRAKE: "BRAKE",
 }
 _MODES_TO_ARM_IN = frozenset((Mode.STABILIZE, Mode.HOLD, Mode.OFFBOARD))
 _BATTERY_ACTIONS = {0: None, 1: Mode.LAND, 2: Mode.RTL}
 
-_LIFTED_THROTTLE = 0.9
-_LIFTED_SPEED_SHARE = 0.1
-"""A takeoff is in the air at this throttle, or at this share of WPNAV_SPEED_UP."""
-_NO_THROTTLE = 0.01
-_STILL_M_S = 1.0
-_LANDED_AFTER_S = 1.0
 _HOVER_LEARNING_S = 10.0
 _HOVERING_M_S = 0.6
 _HOVERING_TILT = math.radians(5.0)
-
-
-class Phase(Enum):
-    """Of a flight, as far as the throttle cares."""
-
-    GROUND = auto()
-    LIFTING = auto()  # the throttle is raised until the vehicle moves
-    FLIGHT = auto()
 
 
 class ArduPilot:
@@ -71,12 +58,10 @@ class ArduPilot:
         self._estimator = estimator
         self._pack = pack
         self._mode = Mode.STABILIZE
-        self._phase = Phase.GROUND
+        self._takeoff = Takeoff(self.parameters)
         self._armed = False
         self._failsafe = False
         self._time_s = 0.0
-        self._since_s = 0.0  # of lifting, or of idling on the ground
-        self._still_s = 0.0
         self._over_home_s = 0.0
         self._low_battery_s = 0.0
         self._climbs_to: float | None = None
@@ -99,6 +84,7 @@ class ArduPilot:
             acceleration=np.array((wanted[0], wanted[1], self._loops.sensors.down[1])),
             attitude=e.attitude.copy(),
             rates=e.rates.copy(),
+            resets=self._resets,
         )
 
     @property
@@ -119,7 +105,7 @@ class ArduPilot:
     @property
     def landed(self) -> Landed:
         """As the land detector has it."""
-        if self._phase is not Phase.FLIGHT:
+        if not self._in_flight:
             return Landed.ON_GROUND
         if self._mode is Mode.LAND:
             return Landed.LANDING
@@ -159,14 +145,14 @@ class ArduPilot:
             self._say(Severity.CRITICAL, f"Arm: {reason}")
             return Result.FAILED
         self._armed = True
-        self._since_s = self._time_s
+        self._takeoff.enter(Phase.GROUND)
         self._home = self._estimator.position.copy()
         self._say(Severity.INFO, "Arming motors")
         return Result.ACCEPTED
 
     def disarm(self, *, force: bool = False) -> Result:
         """Disarm on the ground; in the air only when forced."""
-        if self._armed and self._phase is Phase.FLIGHT and not force:
+        if self._armed and self._in_flight and not force:
             return Result.FAILED
         if self._armed:
             self._disarm()
@@ -185,17 +171,15 @@ class ArduPilot:
 
     def takeoff(self, altitude_m: float | None = None) -> Result:
         """In GUIDED and armed on the ground: climb to `altitude_m` (m) above home, and stay in GUIDED."""
-        height = float(self._home[2] - self._estimator.position[2])
         if (
             self._mode is not Mode.OFFBOARD
             or not self._armed
-            or self._phase is Phase.FLIGHT
+            or self._in_flight
             or altitude_m is None
-            or not altitude_m > height
+            or not altitude_m > self._height
         ):
             return Result.FAILED
-        self._phase = Phase.LIFTING
-        self._since_s = self._time_s
+        self._takeoff.enter(Phase.LIFTING)
         self._setpoint_at_s = None
         self._climbs_to = float(self._home[2]) - altitude_m
         return Result.ACCEPTED
@@ -219,7 +203,7 @@ class ArduPilot:
             return
         self._interrupt_takeoff()
         self._setpoint_at_s = self._time_s
-        if self._guidance.follow(setpoint) and self._phase is Phase.FLIGHT:
+        if self._guidance.follow(setpoint) and self._in_flight:
             begin_control(self._loops, self._estimator)
 
     # What it does by itself
@@ -228,7 +212,7 @@ class ArduPilot:
         """Fly already, armed, in GUIDED; the estimate says where."""
         self._armed = True
         self._mode = Mode.OFFBOARD
-        self._phase = Phase.FLIGHT
+        self._takeoff.enter(Phase.FLIGHT)
         self._home = self._estimator.position.copy()
         loops, e = self._loops, self._estimator
         start_sensors(loops.sensors, e.rates, float(e.velocity[2]))
@@ -248,8 +232,8 @@ class ArduPilot:
             self._loops,
             self._guidance.target,
             self._armed,
-            self._open_throttle(),
-            self._mode in (Mode.LAND, Mode.RTL),
+            self._takeoff.open_throttle,
+            self._mode is Mode.LAND,
             first_step,
             noise,
         )
@@ -258,16 +242,24 @@ class ArduPilot:
         self._follow_resets()
         if self._armed:
             self._watch_battery()
-            if self._phase is Phase.FLIGHT:
+            self._watch_ground()
+            if self._in_flight:
                 self._fly()
-            elif self._phase is Phase.LIFTING:
-                self._lift_off()
-            elif 0.0 < self.parameters.DISARM_DELAY <= self._time_s - self._since_s:
-                self._disarm()
         self._time_s = until_s
 
+    def _watch_ground(self) -> None:
+        """Leaving the ground, landing, and what follows from either."""
+        before = self._takeoff.phase
+        self._takeoff.update(float(self._loops.throttle[0]), self._estimator.velocity, TICK_S)
+        if before is Phase.LIFTING and self._in_flight and self._climbs_to is not None:
+            self._guidance.take_off(self._climbs_to)
+        if self._takeoff.phase is not Phase.GROUND:
+            return
+        has_landed = before is Phase.FLIGHT and self._mode is Mode.LAND
+        if has_landed or 0.0 < self.parameters.DISARM_DELAY <= self._takeoff.elapsed_s:
+            self._disarm()
+
     def _fly(self) -> None:
-        p = self.parameters
         if self._mode is Mode.OFFBOARD:
             self._watch_setpoints()
             self._watch_climb()
@@ -275,9 +267,8 @@ class ArduPilot:
             self._guidance.descend(self._height)
         elif self._mode is Mode.RTL:
             self._return_home()
-        if p.MOT_HOVER_LEARN:
+        if self.parameters.MOT_HOVER_LEARN:
             self._learn_hover()
-        self._watch_ground()
 
     def _return_home(self) -> None:
         self._guidance.next_leg()
@@ -296,46 +287,16 @@ class ArduPilot:
         if self._climbs_to is not None and self._estimator.position[2] < self._climbs_to + 0.1:
             self._climbs_to = None
 
-    def _lift_off(self) -> None:
-        """Raise the throttle until the vehicle moves, then hand over to the position controller."""
-        p = self.parameters
-        climbs = -self._estimator.velocity[2] > _LIFTED_SPEED_SHARE * 0.01 * p.WPNAV_SPEED_UP
-        if (climbs or self._open_throttle() >= _LIFTED_THROTTLE) and self._climbs_to is not None:
-            self._phase = Phase.FLIGHT
-            self._still_s = 0.0
-            self._guidance.take_off(self._climbs_to)
-
-    def _open_throttle(self) -> float:
-        if self._phase is Phase.FLIGHT:
-            return math.nan
-        if self._phase is Phase.GROUND:
-            return 0.0
-        p = self.parameters
-        return max(0.0, self._time_s - self._since_s - p.MOT_SPOOL_TIME) / p.TKOFF_SLEW_TIME
-
     def _interrupt_takeoff(self) -> None:
         """Another target ends a takeoff; on the ground that leaves the vehicle there, as ArduPilot does."""
         self._climbs_to = None
-        if self._phase is Phase.LIFTING:
-            self._rest()
-
-    def _watch_ground(self) -> None:
-        velocity = self._estimator.velocity
-        still = self._loops.throttle[0] < _NO_THROTTLE and float(np.linalg.norm(velocity)) < _STILL_M_S
-        self._still_s = self._still_s + TICK_S if still else 0.0
-        if self._still_s >= _LANDED_AFTER_S:
-            self._rest()
-            if self._mode is Mode.LAND:
-                self._disarm()
-
-    def _rest(self) -> None:
-        self._phase = Phase.GROUND
-        self._since_s = self._time_s
-        self._climbs_to = None
+        if self._takeoff.phase is Phase.LIFTING:
+            self._takeoff.enter(Phase.GROUND)
 
     def _disarm(self) -> None:
         self._armed = False
-        self._rest()
+        self._takeoff.enter(Phase.GROUND)
+        self._climbs_to = None
         self._say(Severity.INFO, "Disarming motors")
 
     def _learn_hover(self) -> None:
@@ -354,7 +315,7 @@ class ArduPilot:
             return
         self._say(Severity.WARNING, f"Battery 1 is low {self._pack.state[1]:.2f}V")
         action = _BATTERY_ACTIONS[p.BATT_FS_LOW_ACT]
-        if action is not None and self._phase is Phase.FLIGHT and self._mode is not Mode.LAND:
+        if action is not None and self._in_flight and self._mode is not Mode.LAND:
             self._enter(action)
             self._failsafe = True
             self._say(Severity.CRITICAL, f"Battery Failsafe, mode {_NAMES[action]}")
@@ -370,7 +331,7 @@ class ArduPilot:
         self._mode = mode
         self._interrupt_takeoff()
         self._setpoint_at_s = None
-        if self._phase is not Phase.FLIGHT:
+        if not self._in_flight:
             return
         begin_control(self._loops, self._estimator)
         self._guidance.stop()
@@ -381,6 +342,10 @@ class ArduPilot:
             self._guidance.fly_over(
                 [np.array((here[0], here[1], down)), np.array((self._home[0], self._home[1], down))]
             )
+
+    @property
+    def _in_flight(self) -> bool:
+        return self._takeoff.phase is Phase.FLIGHT
 
     @property
     def _height(self) -> float:
@@ -394,7 +359,7 @@ class ArduPilot:
         if mode not in _NAMES:
             return "no such mode"
         if mode is Mode.STABILIZE:
-            return "no pilot" if self._phase is Phase.FLIGHT else None
+            return "no pilot" if self._in_flight else None
         return None if self._position_ok else "requires position"
 
     def _reason_not_to_arm(self) -> str | None:

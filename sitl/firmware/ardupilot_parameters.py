@@ -24,8 +24,6 @@ class ArduPilotParameters(BaseModel):
     PSC_JERK_XY: float = Field(5.0, ge=1.0, le=20.0)
     PSC_JERK_Z: float = Field(5.0, ge=1.0, le=50.0)
     GUID_TIMEOUT: float = Field(3.0, ge=0.1, le=5.0)
-    GUID_OPTIONS: Literal[0, 16, 32, 48] = 0
-    """16 leaves the horizontal position, 32 the horizontal velocity without feedback."""
 
     # Position control
     PSC_POSXY_P: float = Field(1.0, ge=0.1, le=4.0)

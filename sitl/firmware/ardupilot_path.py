@@ -160,7 +160,8 @@ def shape_path(limits: PathLimits, goal: Target, now: Path, dt: float) -> None:
     advance_path(now, dt)
     fastest, up, down = limits.speed, limits.up, limits.down
     if goal.follow[0] == Follow.POSITION:
-        x, y, z = goal.position - now.position
+        x, y = goal.position[0] - now.position[0], goal.position[1] - now.position[1]
+        z = goal.position[2] - now.position[2]
         length = math.sqrt(x**2 + y**2 + z**2)
         if length > 0.0:
             speed = speed_along(x / length, y / length, z / length, fastest, up, down)

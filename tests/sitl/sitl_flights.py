@@ -25,8 +25,21 @@ def with_parameters(**parameters: float) -> Vehicle:
 def in_hover(vehicle: Vehicle = BEBOP2, conditions: Conditions = IDEAL, seed: int = 1) -> Simulation:
     """In HOLD, 2.5 m above the ground."""
     sim = simulation(vehicle, conditions, seed)
+    if vehicle.firmware == "ardupilot":
+        return guided_into_hover(sim)
     assert sim.firmware.takeoff() is Result.ACCEPTED
     assert sim.firmware.arm() is Result.ACCEPTED
+    sim.advance(15.0)
+    return sim
+
+
+def guided_into_hover(sim: Simulation) -> Simulation:
+    """ArduPilot's way: take off in GUIDED, then hold in LOITER."""
+    assert sim.firmware.set_mode(Mode.OFFBOARD) is Result.ACCEPTED
+    assert sim.firmware.arm() is Result.ACCEPTED
+    assert sim.firmware.takeoff(2.5) is Result.ACCEPTED
+    sim.advance(14.0)
+    assert sim.firmware.set_mode(Mode.HOLD) is Result.ACCEPTED
     sim.advance(15.0)
     return sim
 

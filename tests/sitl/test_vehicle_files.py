@@ -125,7 +125,7 @@ def test_files_that_are_no_vehicle(tmp_path: Path, text: str, reason: str) -> No
 
 
 def test_unknown_names_list_the_known_ones() -> None:
-    with pytest.raises(ConfigError, match=r"bebop3: .*ardrone2, bebop2"):
+    with pytest.raises(ConfigError, match=r"bebop3: .*ardrone2, .*bebop2"):
         load_vehicle("bebop3")
     with pytest.raises(ConfigError, match=r"\./none\.yaml"):
         load_conditions("./none.yaml")
