@@ -1,14 +1,14 @@
 """Serves a simulated vehicle over UDP, in real time or at a multiple of it."""
 
 import asyncio
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from socket import AF_INET
 from typing import cast
 
 from sitl.errors import ServeError
 from sitl.firmware.interface import Mode
-from sitl.mavlink.links import GROUND_STATION, OFFBOARD, Link
+from sitl.mavlink.links import GROUND_STATION, OFFBOARD, TELEMETRY, Link
 from sitl.mavlink.vehicle import Delivery, MavlinkVehicle
 from sitl.plant import TICK_S
 
@@ -37,17 +37,36 @@ class Endpoint:
     host: str = _LOOPBACK
 
 
-def px4_endpoints(system_id: int = 1, peer_host: str = _LOOPBACK) -> tuple[Endpoint, Endpoint]:
+def px4_endpoints(system_id: int = 1, peer_host: str = _LOOPBACK) -> tuple[Endpoint, ...]:
     """The ports of PX4's simulator, instance `system_id` - 1 (px4-rc.mavlink).
 
     Listens on this machine only, unless the peer is on another one.
     """
-    instance = system_id - 1
-    host = _LOOPBACK if peer_host in (_LOOPBACK, "localhost") else "0.0.0.0"
+    instance, host = system_id - 1, _listening_host(peer_host)
     return (
         Endpoint(OFFBOARD, 14580 + instance, (peer_host, 14540 + instance), host),
         Endpoint(GROUND_STATION, 18570 + instance, (peer_host, 14550), host),
     )
+
+
+def ardupilot_endpoints(system_id: int = 1, peer_host: str = _LOOPBACK) -> tuple[Endpoint, ...]:
+    """Where instance `system_id` - 1 of ArduPilot's sim_vehicle.py sends: 14550, and 10 more for each.
+
+    Listens as `px4_endpoints` do, on a port that is free.
+    """
+    peer = (peer_host, 14550 + 10 * (system_id - 1))
+    return (Endpoint(TELEMETRY, 0, peer, _listening_host(peer_host)),)
+
+
+def _listening_host(peer_host: str) -> str:
+    return _LOOPBACK if peer_host in (_LOOPBACK, "localhost") else "0.0.0.0"
+
+
+ENDPOINTS: Mapping[str, Callable[[int, str], tuple[Endpoint, ...]]] = {
+    "px4": px4_endpoints,
+    "ardupilot": ardupilot_endpoints,
+}
+"""Where each firmware's simulator is found, by system id and the machine of its peers."""
 
 
 async def serve(

@@ -17,9 +17,10 @@ def sitl(
     system_id: Annotated[int, typer.Option(min=1, max=255, help="MAVLink id; moves the ports.")] = 1,
     host: Annotated[str, typer.Option(help="Machine of the companion and the ground station.")] = "127.0.0.1",
 ) -> None:
-    """Serve a simulated quadrotor over MAVLink, as PX4's own simulator does.
+    """Serve a simulated quadrotor over MAVLink, as the simulators of PX4 and ArduPilot do.
 
-    A companion finds it on UDP port 14540, a ground station on 14550. Ctrl-C ends it.
+    With PX4 on board, a companion finds it on UDP port 14540 and a ground station on 14550; with ArduPilot,
+    both on 14550. Ctrl-C ends it.
 
     Example: companion sitl --vehicle bebop2 --conditions realistic --speed 5
     """
@@ -28,28 +29,26 @@ def sitl(
         from sitl.errors import ConfigError, ServeError
         from sitl.mavlink import open_vehicle
         from sitl.plant import TICK_S
-        from sitl.server import px4_endpoints, serve
+        from sitl.server import ENDPOINTS, serve
+        from sitl.vehicle import load_vehicle
     except ModuleNotFoundError as error:
         raise InputError(
             f"the simulator needs {error.name}: install it with `pip install 'impromptu[sim]'`"
         ) from error
 
-    offboard, ground_station = px4_endpoints(system_id, host)
     try:
+        endpoints = ENDPOINTS[load_vehicle(vehicle).firmware](system_id, host)
         with Console(stderr=True).status("preparing the simulator; the first time takes half a minute"):
             open_vehicle(vehicle, conditions).advance(TICK_S)  # compiles what is not yet
     except ConfigError as error:
         raise InputError(str(error)) from error
-    flying = open_vehicle(
-        vehicle, conditions, seed=seed, system_id=system_id, links=(offboard.link, ground_station.link)
-    )
+    links = [endpoint.link for endpoint in endpoints]
+    flying = open_vehicle(vehicle, conditions, seed=seed, system_id=system_id, links=links)
     name, air = flying.simulation.vehicle.name, flying.simulation.conditions.name
-    typer.echo(
-        f"{name}, {air} conditions, system {system_id}: companion at udpin://0.0.0.0:{offboard.peer[1]}, "
-        f"ground station at UDP {ground_station.peer[1]}"
-    )
+    places = ", ".join(f"{each.link.name} at udpin://0.0.0.0:{each.peer[1]}" for each in endpoints)
+    typer.echo(f"{name}, {air} conditions, system {system_id}: {places}")
     try:
-        clock.run(serve(flying, (offboard, ground_station), speed=speed, say=typer.echo))
+        clock.run(serve(flying, endpoints, speed=speed, say=typer.echo))
     except ServeError as error:
         raise LinkError(str(error)) from error
     except KeyboardInterrupt:  # the way to end it

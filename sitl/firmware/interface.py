@@ -93,6 +93,7 @@ class Estimate:
         position, velocity, acceleration: NED (m, m/s, m/s²).
         attitude: unit quaternion.
         rates: body rates p, q, r (rad/s).
+        resets: how often position and velocity jumped.
     """
 
     time_s: float
@@ -101,6 +102,7 @@ class Estimate:
     acceleration: Vec3
     attitude: Quaternion
     rates: Vec3
+    resets: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,7 +179,10 @@ class Autopilot(Protocol):
         ...
 
     def takeoff(self, altitude_m: float | None = None) -> Result:
-        """Takeoff mode to `altitude_m` above the present height (MIS_TAKEOFF_ALT when None)."""
+        """Climb to `altitude_m` (m) and hold there.
+
+        PX4: above the present height, MIS_TAKEOFF_ALT when None. ArduPilot: above home, from GUIDED.
+        """
         ...
 
     def reposition(self, position: Vec3, yaw: float) -> Result:

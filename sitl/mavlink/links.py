@@ -1,4 +1,4 @@
-"""PX4's links and the streams that each carries by default; rates that peers may change."""
+"""The links of PX4 and ArduPilot and the streams that each carries by default; peers may change the rates."""
 
 import heapq
 from collections.abc import Mapping
@@ -66,6 +66,12 @@ GROUND_STATION = Link(
     },
 )
 """For ground stations: MAVLINK_MODE_NORMAL there, with what its simulator's px4-rc.mavlink adds."""
+
+TELEMETRY = Link(
+    "telemetry",
+    {mavlink.MAVLINK_MSG_ID_HEARTBEAT: 1.0, mavlink.MAVLINK_MSG_ID_TIMESYNC: 0.1},
+)
+"""ArduPilot's first serial port in its simulator: silent but for this until a peer asks for more."""
 
 
 class Streams:

@@ -1,6 +1,4 @@
-"""The parameter protocol: PX4's encoding, the values that clients look at, all of them read-only."""
-
-import struct
+"""The parameter protocol: the values that act on the firmware, all of them read-only."""
 
 from pymavlink.dialects.v20 import common as mavlink
 
@@ -33,7 +31,7 @@ def on_set(session: Session, message: mavlink.MAVLink_param_set_message) -> None
 
 
 def _send(session: Session, name: str) -> None:
-    value, kind = _on_the_wire(session.parameters[name])
+    value, kind = session.flavour.encode_parameter(session.parameters[name])
     session.send(
         mavlink.MAVLink_param_value_message(
             param_id=name.encode(),
@@ -43,11 +41,3 @@ def _send(session: Session, name: str) -> None:
             param_index=list(session.parameters).index(name),
         )
     )
-
-
-def _on_the_wire(value: float) -> tuple[float, int]:
-    """The float field and the MAV_PARAM_TYPE; PX4 copies the four bytes of an integer into the field."""
-    if not isinstance(value, int):
-        return value, mavlink.MAV_PARAM_TYPE_REAL32
-    (as_float,) = struct.unpack("<f", struct.pack("<i", value))
-    return as_float, mavlink.MAV_PARAM_TYPE_INT32

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 from pymavlink.dialects.v20 import common as mavlink
 
-from sitl.firmware.interface import Autopilot, Severity
+from sitl.firmware.interface import Autopilot, Result, Severity
+from sitl.mavlink.flavour import Flavour
 from sitl.mavlink.frames import Message
 from sitl.mavlink.links import Streams
 from sitl.mavlink.telemetry import Report, report
@@ -21,7 +22,8 @@ class Session:
     Attributes:
         system_id: the vehicle's.
         firmware: the autopilot.
-        parameters: PX4 parameters by name.
+        flavour: how that speaks.
+        parameters: its parameters by name.
         streams: what this link carries, and how often.
         send: put a message on this link.
         time_s: time since boot (s), of the simulation.
@@ -29,6 +31,7 @@ class Session:
 
     system_id: int
     firmware: Autopilot
+    flavour: Flavour
     parameters: Mapping[str, float]
     streams: Streams
     send: Callable[[Message], None]
@@ -37,11 +40,15 @@ class Session:
 
     def report(self) -> Report:
         """The vehicle's state now."""
-        return report(self.firmware, self.system_id, self.time_s)
+        return report(self.firmware, self.flavour, self.system_id, self.time_s)
 
     def accepts(self, target_system: int, target_component: int) -> bool:
         """Whether a message to this target is meant for the vehicle; 0 is everyone."""
         return target_system in (0, self.system_id) and target_component in (0, COMPONENT_ID)
+
+    def result(self, answer: Result) -> int:
+        """MAV_RESULT of an answer of the firmware."""
+        return self.flavour.results[answer]
 
     def say(self, severity: Severity, text: str) -> None:
         """Send a status text; one longer than 50 bytes travels in chunks with a common id."""

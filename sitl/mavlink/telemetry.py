@@ -1,7 +1,7 @@
 """What the vehicle tells of itself: for each message the function that writes it from the firmware's state.
 
-Field for field as PX4's streams (src/modules/mavlink/streams). time_boot_ms and time_usec are the time of
-the simulation.
+Field for field as PX4's streams (src/modules/mavlink/streams); ArduPilot's differ where `Flavour` says so.
+time_boot_ms and time_usec are the time of the simulation.
 """
 
 import math
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pymavlink.dialects.v20 import common as mavlink
 
 from sitl.firmware.interface import Autopilot, Landed
-from sitl.mavlink import modes
+from sitl.mavlink.flavour import Flavour
 from sitl.mavlink.frames import Message
 from sitl.mavlink.geodesy import HOME, Geodetic, geodetic_from_ned
 from sitl.mavlink.setpoints import IGNORE_BITS
@@ -23,7 +23,6 @@ _UINT16 = (0, 2**16 - 1)
 _NAN = math.nan
 _NO_COVARIANCE = [_NAN] * 21
 _UNKNOWN_CELL_MV = 65535
-_PX4_VERSION = 1 << 24 | 16 << 16 | 0 << 8 | mavlink.FIRMWARE_VERSION_TYPE_OFFICIAL
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,15 +31,18 @@ class Report:
 
     Attributes:
         firmware: the autopilot that reports.
+        flavour: how it speaks.
         system_id: MAVLink id of the vehicle.
         time_s: time since boot (s), of the simulation.
         position, velocity: NED (m, m/s).
         quaternion: body to NED; w, x, y, z.
         euler: roll, pitch, yaw (rad), z-y'-x'' from NED.
         rates: body rates (rad/s).
+        resets: of the estimate, so far.
     """
 
     firmware: Autopilot
+    flavour: Flavour
     system_id: int
     time_s: float
     position: _Three
@@ -48,6 +50,7 @@ class Report:
     quaternion: tuple[float, float, float, float]
     euler: _Three
     rates: _Three
+    resets: int
 
     @property
     def time_ms(self) -> int:
@@ -70,7 +73,7 @@ class Report:
         return geodetic_from_ned(*self.position)
 
 
-def report(firmware: Autopilot, system_id: int, time_s: float) -> Report:
+def report(firmware: Autopilot, flavour: Flavour, system_id: int, time_s: float) -> Report:
     """The state of `firmware` now."""
     estimate = firmware.estimate
     w, x, y, z = estimate.attitude.tolist()
@@ -81,6 +84,7 @@ def report(firmware: Autopilot, system_id: int, time_s: float) -> Report:
     )
     return Report(
         firmware,
+        flavour,
         system_id,
         time_s,
         position=tuple(estimate.position.tolist()),
@@ -88,6 +92,7 @@ def report(firmware: Autopilot, system_id: int, time_s: float) -> Report:
         quaternion=(w, x, y, z),
         euler=euler,
         rates=tuple(estimate.rates.tolist()),
+        resets=estimate.resets,
     )
 
 
@@ -98,38 +103,23 @@ def _limited(value: float, limits: tuple[int, int]) -> int:
 
 def heartbeat(state: Report) -> Message:
     """HEARTBEAT: mode, armed, failsafe."""
-    firmware = state.firmware
-    if not firmware.armed:
-        status = mavlink.MAV_STATE_STANDBY
-    else:
-        status = mavlink.MAV_STATE_CRITICAL if firmware.failsafe else mavlink.MAV_STATE_ACTIVE
+    firmware, flavour = state.firmware, state.flavour
     return mavlink.MAVLink_heartbeat_message(
         type=mavlink.MAV_TYPE_QUADROTOR,
-        autopilot=mavlink.MAV_AUTOPILOT_PX4,
-        base_mode=modes.base_mode(firmware.mode, armed=firmware.armed),
-        custom_mode=modes.custom_mode(firmware.mode),
-        system_status=status,
+        autopilot=flavour.autopilot,
+        base_mode=flavour.base_mode(firmware.mode, firmware.armed),
+        custom_mode=flavour.custom_modes[firmware.mode],
+        system_status=flavour.system_status(firmware),
         mavlink_version=3,
     )
 
 
-_CAPABILITIES = (
-    mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_FLOAT
-    | mavlink.MAV_PROTOCOL_CAPABILITY_PARAM_FLOAT
-    | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_INT
-    | mavlink.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
-    | mavlink.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE
-    | mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
-    | mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2
-)
-
-
 def autopilot_version(state: Report) -> Message:
-    """AUTOPILOT_VERSION: what this vehicle can do, and as which PX4 release it behaves."""
+    """AUTOPILOT_VERSION: what this vehicle can do, and as which release of its firmware it behaves."""
     return mavlink.MAVLink_autopilot_version_message(
-        capabilities=_CAPABILITIES,
-        flight_sw_version=_PX4_VERSION,
-        middleware_sw_version=_PX4_VERSION,
+        capabilities=state.flavour.capabilities,
+        flight_sw_version=state.flavour.version,
+        middleware_sw_version=state.flavour.version,
         os_sw_version=0,
         board_version=0,
         flight_custom_version=[0] * 8,
@@ -227,7 +217,7 @@ def odometry(state: Report) -> Message:
         *state.rates,
         pose_covariance=_NO_COVARIANCE,
         velocity_covariance=_NO_COVARIANCE,
-        reset_counter=0,
+        reset_counter=state.resets % 256,
         estimator_type=mavlink.MAV_ESTIMATOR_TYPE_AUTOPILOT,
         quality=100,
     )

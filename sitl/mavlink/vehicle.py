@@ -1,18 +1,20 @@
 """The simulated vehicle as its MAVLink peers see it: bytes in, bytes out, no sockets and no waiting."""
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 from sitl.conditions import load_conditions
 from sitl.firmware.interface import StatusText
-from sitl.firmware.px4_tuning import tuned_parameters
 from sitl.mavlink import services
+from sitl.mavlink.ardupilot import ARDUPILOT
 from sitl.mavlink.channel import Channel
+from sitl.mavlink.flavour import Flavour
 from sitl.mavlink.frames import Encoder, Message, decode
-from sitl.mavlink.links import OFFBOARD, Link, Streams
+from sitl.mavlink.links import Link, Streams
+from sitl.mavlink.px4 import PX4
 from sitl.mavlink.session import Session
 from sitl.mavlink.telemetry import WRITERS, report
 from sitl.plant import TICK_S
@@ -20,7 +22,7 @@ from sitl.simulation import Simulation
 from sitl.vehicle import load_vehicle
 
 _ROUNDING_S = 1e-9
-_OTHER_PARAMETERS = {"SYS_AUTOSTART": 4001}  # PX4's generic quadrotor
+_FLAVOURS: Mapping[str, Flavour] = {"px4": PX4, "ardupilot": ARDUPILOT}
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,13 +40,14 @@ class MavlinkVehicle:
     Args:
         simulation: the vehicle itself; from now on time moves only in `advance`.
         system_id: MAVLink id of the vehicle (1 to 255).
-        links: the links that there are.
+        links: the links that there are; the first of its firmware's unless given.
     """
 
     def __init__(
-        self, simulation: Simulation, *, system_id: int = 1, links: Sequence[Link] = (OFFBOARD,)
+        self, simulation: Simulation, *, system_id: int = 1, links: Sequence[Link] | None = None
     ) -> None:
         self.simulation = simulation
+        self._flavour = _FLAVOURS[simulation.vehicle.firmware]
         self.system_id = system_id
         self.status_texts: deque[StatusText] = deque(maxlen=100)
         """The newest texts that the firmware gave out, for whoever watches beside the links."""
@@ -58,7 +61,7 @@ class MavlinkVehicle:
         )
         self._on_the_way_in: deque[tuple[float, Session, bytes]] = deque()
         self._on_the_way_out: list[Delivery] = []
-        self._sessions = {link: self._open(link) for link in links}
+        self._sessions = {link: self._open(link) for link in links or self._flavour.links[:1]}
 
     @property
     def links(self) -> Sequence[Link]:
@@ -69,7 +72,8 @@ class MavlinkVehicle:
         return Session(
             system_id=self.system_id,
             firmware=self.simulation.firmware,
-            parameters=tuned_parameters(self.simulation.vehicle).model_dump() | _OTHER_PARAMETERS,
+            flavour=self._flavour,
+            parameters=self._flavour.parameters(self.simulation.vehicle),
             streams=Streams(link.rates_hz),
             send=partial(self._send, link, Encoder(self.system_id)),
         )
@@ -80,13 +84,13 @@ class MavlinkVehicle:
         if arrival_s is not None:
             self._on_the_way_out.append(Delivery(arrival_s, link, frame))
 
-    def receive(self, data: bytes, link: Link = OFFBOARD) -> None:
+    def receive(self, data: bytes, link: Link | None = None) -> None:
         """Take a datagram that the peer of `link` sent now; the vehicle has it after the setpoint latency.
 
-        Bytes that are no valid frame are skipped.
+        Without a link it came on the first. Bytes that are no valid frame are skipped.
         """
         due_s = self.simulation.time_s + self._setpoint_latency_s
-        self._on_the_way_in.append((due_s, self._sessions[link], data))
+        self._on_the_way_in.append((due_s, self._sessions[link or self.links[0]], data))
 
     def advance(self, until_s: float) -> list[Delivery]:
         """Run the simulation up to `until_s` (s), in whole ticks.
@@ -113,7 +117,7 @@ class MavlinkVehicle:
     def _tell(self) -> None:
         """Send on every link what is due."""
         firmware, now_s = self.simulation.firmware, self.simulation.time_s
-        state = report(firmware, self.system_id, now_s)
+        state = report(firmware, self._flavour, self.system_id, now_s)
         texts = firmware.take_status_texts()
         self.status_texts.extend(texts)
         for session in self._sessions.values():
@@ -131,7 +135,7 @@ def open_vehicle(
     seed: int = 0,
     system_id: int = 1,
     record_truth: bool = False,
-    links: Sequence[Link] = (OFFBOARD,),
+    links: Sequence[Link] | None = None,
 ) -> MavlinkVehicle:
     """A vehicle on the ground at home, at time 0.
 
@@ -141,7 +145,7 @@ def open_vehicle(
         seed: of everything random.
         system_id: MAVLink id of the vehicle (1 to 255).
         record_truth: whether the simulation keeps the true states.
-        links: the links that there are.
+        links: the links that there are; the first of its firmware's unless given.
 
     Raises:
         ConfigError: a file is missing or wrong.

@@ -19,12 +19,13 @@ from sitl.firmware.interface import (
     Setpoint,
     StatusText,
 )
-from sitl.mavlink import OFFBOARD, Delivery, Link, MavlinkVehicle
+from sitl.mavlink import Delivery, Link, MavlinkVehicle
 from sitl.simulation import Simulation
 from sitl.vehicle import Vehicle, load_vehicle
 
 PEER_SYSTEM, PEER_COMPONENT = 245, 191
 BEBOP2 = load_vehicle("bebop2")
+ARDUCOPTER = load_vehicle("arducopter_sitl")
 BATTERY = Battery(voltage_v=12.0, current_a=3.5, remaining=0.83)
 HEALTHY = Health(sensors_ok=True, position_ok=True, ready_to_arm=True)
 
@@ -44,6 +45,7 @@ class FakeFirmware:
     position: Vec3 = field(default_factory=lambda: np.array([1.0, 2.0, -3.0]))
     velocity: Vec3 = field(default_factory=lambda: np.array([0.5, -0.25, 0.125]))
     attitude: Any = field(default_factory=lambda: np.array([1.0, 0.0, 0.0, 0.0]))
+    resets: int = 0
     setpoints: list[Setpoint] = field(default_factory=list)
     calls: list[tuple[Any, ...]] = field(default_factory=list)
     texts: list[StatusText] = field(default_factory=list)
@@ -51,7 +53,9 @@ class FakeFirmware:
     @property
     def estimate(self) -> Estimate:
         rates = np.array([0.1, 0.2, 0.3])
-        return Estimate(self.time_s, self.position, self.velocity, np.zeros(3), self.attitude, rates)
+        return Estimate(
+            self.time_s, self.position, self.velocity, np.zeros(3), self.attitude, rates, self.resets
+        )
 
     @property
     def active_setpoint(self) -> Setpoint:
@@ -70,7 +74,6 @@ class FakeFirmware:
         return self._called("set_mode", mode)
 
     def takeoff(self, altitude_m: float | None = None) -> Result:
-        self.mode = Mode.TAKEOFF
         return self._called("takeoff", altitude_m)
 
     def reposition(self, position: Vec3, yaw: float) -> Result:
@@ -106,12 +109,16 @@ class FakeSimulation:
 
 
 def fake_vehicle(
-    link: LinkConditions | None = None, *, seed: int = 1, links: tuple[Link, ...] = (OFFBOARD,)
+    link: LinkConditions | None = None,
+    *,
+    seed: int = 1,
+    links: tuple[Link, ...] | None = None,
+    vehicle: Vehicle = BEBOP2,
 ) -> tuple[MavlinkVehicle, FakeFirmware]:
     conditions = Conditions(name="test", link=link or LinkConditions())
-    simulation = FakeSimulation(conditions=conditions, link_rng=np.random.default_rng(seed))
-    vehicle = MavlinkVehicle(cast(Simulation, simulation), links=links)
-    return vehicle, simulation.firmware
+    simulation = FakeSimulation(conditions=conditions, vehicle=vehicle, link_rng=np.random.default_rng(seed))
+    flying = MavlinkVehicle(cast(Simulation, simulation), links=links)
+    return flying, simulation.firmware
 
 
 def encode(message: Any, system: int = PEER_SYSTEM, component: int = PEER_COMPONENT) -> bytes:

@@ -10,12 +10,13 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from sitl.firmware.interface import Battery, Health, Landed, Mode, Setpoint
 from sitl.mavlink.geodesy import HOME, geodetic_from_ned, ned_from_geodetic
+from sitl.mavlink.px4 import PX4
 from sitl.mavlink.telemetry import WRITERS, report
 
 
 def written(name: str, firmware: FakeFirmware | None = None, time_s: float = 12.345) -> dict[str, Any]:
     """The fields of a message after its way over the wire."""
-    state = report(firmware or FakeFirmware(), 1, time_s)
+    state = report(firmware or FakeFirmware(), PX4, 1, time_s)
     message = WRITERS[getattr(mavlink, f"MAVLINK_MSG_ID_{name}")](state)
     (received,) = mavlink.MAVLink(None).parse_buffer(message.pack(mavlink.MAVLink(None, 1, 1))) or []
     assert received.get_type() == name
@@ -36,7 +37,7 @@ def quaternion(roll: float, pitch: float, yaw: float) -> np.ndarray:
 
 @pytest.mark.parametrize("message_id", sorted(WRITERS))
 def test_every_writer_writes_its_own_message(message_id: int) -> None:
-    assert WRITERS[message_id](report(FakeFirmware(), 1, 1.0)).get_msgId() == message_id
+    assert WRITERS[message_id](report(FakeFirmware(), PX4, 1, 1.0)).get_msgId() == message_id
 
 
 def test_local_position_is_ned_in_metres() -> None:
@@ -46,6 +47,10 @@ def test_local_position_is_ned_in_metres() -> None:
         **{"x": 1.0, "y": 2.0, "z": -3.0},
         **{"vx": 0.5, "vy": -0.25, "vz": 0.125},
     }
+
+
+def test_odometry_counts_the_jumps_of_the_estimate() -> None:
+    assert written("ODOMETRY", FakeFirmware(resets=258))["reset_counter"] == 2
 
 
 @given(st.floats(-3.0, 3.0), st.floats(-1.5, 1.5), st.floats(-3.1, 3.1))
@@ -148,4 +153,4 @@ def test_a_state_beyond_all_bounds_can_still_be_told(message_id: int, value: flo
     lost = FakeFirmware(
         position=np.full(3, value), velocity=np.full(3, value), battery=Battery(value, value, value)
     )
-    WRITERS[message_id](report(lost, 1, 1.0)).pack(mavlink.MAVLink(None, 1, 1))
+    WRITERS[message_id](report(lost, PX4, 1, 1.0)).pack(mavlink.MAVLink(None, 1, 1))

@@ -1,0 +1,147 @@
+"""ArduPilot Copter as it speaks MAVLink."""
+
+import math
+from collections.abc import Mapping
+
+from pymavlink.dialects.v20 import common as mavlink
+
+from sitl.firmware.ardupilot_tuning import tuned_parameters
+from sitl.firmware.interface import Autopilot, Landed, Mode, Result
+from sitl.mavlink.commands import COMMANDS, Command, acknowledge, set_mode, whole
+from sitl.mavlink.flavour import Flavour
+from sitl.mavlink.guided_setpoints import read_guided_setpoint
+from sitl.mavlink.links import TELEMETRY
+from sitl.mavlink.session import Session
+from sitl.vehicle import Vehicle
+
+_VERSION = 4 << 24 | 6 << 16 | 0 << 8 | mavlink.FIRMWARE_VERSION_TYPE_OFFICIAL
+_CAPABILITIES = (
+    mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_FLOAT
+    | mavlink.MAV_PROTOCOL_CAPABILITY_PARAM_FLOAT
+    | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_INT
+    | mavlink.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
+    | mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
+    | mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2
+)
+_RESULTS = {
+    Result.ACCEPTED: mavlink.MAV_RESULT_ACCEPTED,
+    Result.TEMPORARILY_REJECTED: mavlink.MAV_RESULT_FAILED,
+    Result.DENIED: mavlink.MAV_RESULT_DENIED,
+    Result.FAILED: mavlink.MAV_RESULT_FAILED,
+}
+
+_CUSTOM_MODES = {
+    Mode.STABILIZE: 0,
+    Mode.OFFBOARD: 4,  # GUIDED
+    Mode.HOLD: 5,  # LOITER
+    Mode.RTL: 6,
+    Mode.LAND: 9,
+    Mode.BRAKE: 17,
+}
+
+_STREAMS: Mapping[int, tuple[int, ...]] = {
+    mavlink.MAV_DATA_STREAM_EXTENDED_STATUS: (
+        mavlink.MAVLINK_MSG_ID_SYS_STATUS,
+        mavlink.MAVLINK_MSG_ID_GPS_RAW_INT,
+    ),
+    mavlink.MAV_DATA_STREAM_POSITION: (
+        mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT,
+        mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED,
+    ),
+    mavlink.MAV_DATA_STREAM_EXTRA1: (mavlink.MAVLINK_MSG_ID_ATTITUDE,),
+    mavlink.MAV_DATA_STREAM_EXTRA2: (mavlink.MAVLINK_MSG_ID_VFR_HUD,),
+    mavlink.MAV_DATA_STREAM_EXTRA3: (mavlink.MAVLINK_MSG_ID_BATTERY_STATUS,),
+}
+"""The messages in each stream, as far as they are told here."""
+
+
+def _base_mode(mode: Mode, armed: bool) -> int:
+    flags = (
+        mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
+        | mavlink.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED
+        | mavlink.MAV_MODE_FLAG_STABILIZE_ENABLED
+    )
+    if mode is not Mode.STABILIZE:
+        flags |= mavlink.MAV_MODE_FLAG_GUIDED_ENABLED  # the position controller runs
+    return flags | mavlink.MAV_MODE_FLAG_SAFETY_ARMED if armed else flags
+
+
+def _system_status(firmware: Autopilot) -> int:
+    if firmware.failsafe:
+        return mavlink.MAV_STATE_CRITICAL
+    on_ground = firmware.landed is Landed.ON_GROUND
+    return mavlink.MAV_STATE_STANDBY if on_ground else mavlink.MAV_STATE_ACTIVE
+
+
+def _parameters(vehicle: Vehicle) -> Mapping[str, float]:
+    return tuned_parameters(vehicle).model_dump()
+
+
+def _encode_parameter(value: float) -> tuple[float, int]:
+    """ArduPilot converts numbers, whatever their type."""
+    kind = mavlink.MAV_PARAM_TYPE_INT32 if isinstance(value, int) else mavlink.MAV_PARAM_TYPE_REAL32
+    return float(value), kind
+
+
+def _set_mode(session: Session, command: Command) -> int:
+    return set_mode(session, whole(command.params[0]), whole(command.params[1]))
+
+
+def _on_set_mode(session: Session, message: mavlink.MAVLink_set_mode_message) -> None:
+    """Answer a SET_MODE by its message id in the place of a command, as ArduPilot does."""
+    if message.target_system == session.system_id:
+        result = set_mode(session, message.base_mode, message.custom_mode)
+        acknowledge(session, message, mavlink.MAVLINK_MSG_ID_SET_MODE, result)
+
+
+def _take_off(session: Session, command: Command) -> int:
+    """To an altitude above home; a place on the map means nothing."""
+    if command.frame not in (None, mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT):
+        return mavlink.MAV_RESULT_DENIED
+    if not math.isfinite(command.place.altitude_m):
+        return mavlink.MAV_RESULT_FAILED
+    return session.result(session.firmware.takeoff(command.place.altitude_m))
+
+
+def _on_setpoint(session: Session, message: mavlink.MAVLink_set_position_target_local_ned_message) -> None:
+    """Outside GUIDED a setpoint is dropped without a word."""
+    is_ours = session.accepts(message.target_system, message.target_component)
+    if is_ours and session.firmware.mode is Mode.OFFBOARD:
+        session.firmware.offboard_setpoint(read_guided_setpoint(message, session.firmware.estimate))
+
+
+def _on_request_data_stream(session: Session, message: mavlink.MAVLink_request_data_stream_message) -> None:
+    """Start or stop a stream of messages; MAV_DATA_STREAM_ALL is each of them."""
+    if not session.accepts(message.target_system, message.target_component):
+        return
+    wanted = message.start_stop and message.req_message_rate
+    interval_us = round(1e6 / message.req_message_rate) if wanted else -1
+    all_streams = message.req_stream_id == mavlink.MAV_DATA_STREAM_ALL
+    for stream in _STREAMS if all_streams else (message.req_stream_id,):
+        for message_id in _STREAMS.get(stream, ()):
+            session.streams.set_interval(message_id, interval_us, round(session.time_s * 1e6))
+
+
+ARDUPILOT = Flavour(
+    autopilot=mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA,
+    version=_VERSION,
+    capabilities=_CAPABILITIES,
+    links=(TELEMETRY,),
+    custom_modes=_CUSTOM_MODES,
+    modes={number: mode for mode, number in _CUSTOM_MODES.items()},
+    base_mode=_base_mode,
+    system_status=_system_status,
+    results=_RESULTS,
+    parameters=_parameters,
+    encode_parameter=_encode_parameter,
+    commands={
+        **COMMANDS,
+        mavlink.MAV_CMD_NAV_TAKEOFF: _take_off,
+        mavlink.MAV_CMD_DO_SET_MODE: _set_mode,
+    },
+    handlers={
+        mavlink.MAVLINK_MSG_ID_SET_MODE: _on_set_mode,
+        mavlink.MAVLINK_MSG_ID_REQUEST_DATA_STREAM: _on_request_data_stream,
+        mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED: _on_setpoint,
+    },
+)

@@ -1,0 +1,53 @@
+"""What differs on the wire between the autopilots that the vehicle may be."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from sitl.firmware.interface import Autopilot, Mode, Result
+from sitl.mavlink.links import Link
+from sitl.vehicle import Vehicle
+
+if TYPE_CHECKING:
+    from sitl.mavlink.commands import Command
+    from sitl.mavlink.session import Session
+
+Execute: TypeAlias = "Callable[[Session, Command], int]"
+"""Does what a command asks for; returns a MAV_RESULT."""
+Handle: TypeAlias = "Callable[[Session, Any], None]"
+"""Does what a message asks for."""
+
+
+@dataclass(frozen=True, eq=False)
+class Flavour:
+    """How one autopilot speaks MAVLink.
+
+    Attributes:
+        autopilot: MAV_AUTOPILOT.
+        version: AUTOPILOT_VERSION.flight_sw_version of the release that it behaves as.
+        capabilities: MAV_PROTOCOL_CAPABILITY flags.
+        links: those of its own simulator.
+        custom_modes: HEARTBEAT.custom_mode of each flight mode.
+        modes: the flight modes that a peer may ask for, by custom_mode.
+        base_mode: HEARTBEAT.base_mode of a flight mode, armed or not.
+        system_status: MAV_STATE of the vehicle.
+        results: MAV_RESULT of each answer of the firmware.
+        parameters: a vehicle's parameters by name.
+        encode_parameter: the float field and the MAV_PARAM_TYPE of a value.
+        commands: what each MAV_CMD does.
+        handlers: what is done with messages that not every autopilot takes alike, by message id.
+    """
+
+    autopilot: int
+    version: int
+    capabilities: int
+    links: tuple[Link, ...]
+    custom_modes: Mapping[Mode, int]
+    modes: Mapping[int, Mode]
+    base_mode: Callable[[Mode, bool], int]
+    system_status: Callable[[Autopilot], int]
+    results: Mapping[Result, int]
+    parameters: Callable[[Vehicle], Mapping[str, float]]
+    encode_parameter: Callable[[float], tuple[float, int]]
+    commands: Mapping[int, Execute]
+    handlers: Mapping[int, Handle]

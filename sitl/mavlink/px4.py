@@ -1,0 +1,142 @@
+"""PX4 as it speaks MAVLink."""
+
+import math
+import struct
+from collections.abc import Mapping
+
+from pymavlink.dialects.v20 import common as mavlink
+
+from sitl.firmware.interface import Autopilot, Mode, Result, Severity
+from sitl.firmware.px4_tuning import tuned_parameters
+from sitl.mavlink.commands import COMMANDS, Command, acknowledge, local_place, set_mode, whole
+from sitl.mavlink.flavour import Flavour
+from sitl.mavlink.links import GROUND_STATION, OFFBOARD
+from sitl.mavlink.session import Session
+from sitl.mavlink.setpoints import SetpointRefusedError, read_setpoint
+from sitl.vehicle import Vehicle
+
+_VERSION = 1 << 24 | 16 << 16 | 0 << 8 | mavlink.FIRMWARE_VERSION_TYPE_OFFICIAL
+_CAPABILITIES = (
+    mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_FLOAT
+    | mavlink.MAV_PROTOCOL_CAPABILITY_PARAM_FLOAT
+    | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_INT
+    | mavlink.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
+    | mavlink.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE
+    | mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
+    | mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2
+)
+_RESULTS = {
+    Result.ACCEPTED: mavlink.MAV_RESULT_ACCEPTED,
+    Result.TEMPORARILY_REJECTED: mavlink.MAV_RESULT_TEMPORARILY_REJECTED,
+    Result.DENIED: mavlink.MAV_RESULT_DENIED,
+    Result.FAILED: mavlink.MAV_RESULT_FAILED,
+}
+_OTHER_PARAMETERS = {"SYS_AUTOSTART": 4001}  # PX4's generic quadrotor
+
+
+def _custom_mode(main: int, sub: int) -> int:
+    """A main and a sub mode in one number (px4_custom_mode.h)."""
+    return main << 16 | sub << 24
+
+
+_CUSTOM_MODES = {
+    Mode.POSCTL: _custom_mode(3, 0),
+    Mode.TAKEOFF: _custom_mode(4, 2),
+    Mode.HOLD: _custom_mode(4, 3),
+    Mode.RTL: _custom_mode(4, 5),
+    Mode.LAND: _custom_mode(4, 6),
+    Mode.OFFBOARD: _custom_mode(6, 0),
+}
+_PILOTED = (
+    mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
+    | mavlink.MAV_MODE_FLAG_STABILIZE_ENABLED
+    | mavlink.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED
+)
+_AUTOMATIC = (
+    mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
+    | mavlink.MAV_MODE_FLAG_STABILIZE_ENABLED
+    | mavlink.MAV_MODE_FLAG_GUIDED_ENABLED
+    | mavlink.MAV_MODE_FLAG_AUTO_ENABLED
+)
+
+
+def _base_mode(mode: Mode, armed: bool) -> int:
+    flags = _PILOTED if mode is Mode.POSCTL else _AUTOMATIC
+    return flags | mavlink.MAV_MODE_FLAG_SAFETY_ARMED if armed else flags
+
+
+def _system_status(firmware: Autopilot) -> int:
+    if not firmware.armed:
+        return mavlink.MAV_STATE_STANDBY
+    return mavlink.MAV_STATE_CRITICAL if firmware.failsafe else mavlink.MAV_STATE_ACTIVE
+
+
+def _parameters(vehicle: Vehicle) -> Mapping[str, float]:
+    return tuned_parameters(vehicle).model_dump() | _OTHER_PARAMETERS
+
+
+def _encode_parameter(value: float) -> tuple[float, int]:
+    """PX4 copies the four bytes of an integer into the float field."""
+    if not isinstance(value, int):
+        return value, mavlink.MAV_PARAM_TYPE_REAL32
+    (as_float,) = struct.unpack("<f", struct.pack("<i", value))
+    return as_float, mavlink.MAV_PARAM_TYPE_INT32
+
+
+def _set_mode(session: Session, command: Command) -> int:
+    base, main, sub = (whole(value) for value in command.params[:3])
+    one_byte_each = 0 <= main <= 0xFF and 0 <= sub <= 0xFF
+    return set_mode(session, base, _custom_mode(main, sub) if one_byte_each else -1)
+
+
+def _on_set_mode(session: Session, message: mavlink.MAVLink_set_mode_message) -> None:
+    """Answer a SET_MODE as the command that has replaced it."""
+    if message.target_system == session.system_id:
+        result = set_mode(session, message.base_mode, message.custom_mode & 0xFFFF0000)
+        acknowledge(session, message, mavlink.MAV_CMD_DO_SET_MODE, result)
+
+
+def _take_off(session: Session, command: Command) -> int:
+    """To an altitude, or to MIS_TAKEOFF_ALT; the place on the map is left to the vehicle, as in PX4."""
+    place = local_place(command)
+    if place is None:
+        return mavlink.MAV_RESULT_DENIED
+    if math.isnan(command.place.altitude_m):
+        return session.result(session.firmware.takeoff())
+    climb_m = float(session.firmware.estimate.position[2]) - place[2]
+    return session.result(session.firmware.takeoff(climb_m))
+
+
+def _on_setpoint(session: Session, message: mavlink.MAVLink_set_position_target_local_ned_message) -> None:
+    if not session.accepts(message.target_system, message.target_component):
+        return
+    try:
+        setpoint = read_setpoint(message, session.firmware.estimate.attitude)
+    except SetpointRefusedError as refusal:
+        session.say(Severity.CRITICAL, str(refusal))
+    else:
+        session.firmware.offboard_setpoint(setpoint)
+
+
+PX4 = Flavour(
+    autopilot=mavlink.MAV_AUTOPILOT_PX4,
+    version=_VERSION,
+    capabilities=_CAPABILITIES,
+    links=(OFFBOARD, GROUND_STATION),
+    custom_modes=_CUSTOM_MODES,
+    modes={number: mode for mode, number in _CUSTOM_MODES.items()},
+    base_mode=_base_mode,
+    system_status=_system_status,
+    results=_RESULTS,
+    parameters=_parameters,
+    encode_parameter=_encode_parameter,
+    commands={
+        **COMMANDS,
+        mavlink.MAV_CMD_NAV_TAKEOFF: _take_off,
+        mavlink.MAV_CMD_DO_SET_MODE: _set_mode,
+    },
+    handlers={
+        mavlink.MAVLINK_MSG_ID_SET_MODE: _on_set_mode,
+        mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED: _on_setpoint,
+    },
+)
