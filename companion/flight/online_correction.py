@@ -9,18 +9,20 @@ import numpy as np
 from jaxtyping import Float
 
 from companion.arrays import Array, Vec3
-from companion.flight.preview import desired_ahead, state_of
+from companion.flight.preview import DesiredMotion, desired_ahead, state_of
 from companion.flight.reference import Correction, Reference
 from companion.learning.correction import Confidence, adaptation_gain, velocity_correction
-from companion.learning.error_prediction import ErrorModel, PredictedError, Step
+from companion.learning.error_prediction import PredictedError, Step
+from companion.learning.online_model import online_model
 from companion.learning.online_settings import OnlineSettings
 from companion.state import VehicleState
-from companion.trajectory.trajectory import Trajectory
 
 Leads: TypeAlias = tuple[float, float, float]
 
 _LONGEST_GAP_S = 0.2
 """Between two states further apart than this, nothing is interpolated."""
+_RECENT_S = 0.1
+"""Over so long the vehicle's acceleration and drift are averaged: the estimator's steps are shorter."""
 _UNKNOWN = np.full(6, np.nan)
 
 
@@ -44,7 +46,7 @@ class OnlineCorrection:
 
     def __init__(self, settings: OnlineSettings) -> None:
         self.settings = settings
-        self._model = ErrorModel(settings.form, settings.kernel, settings.window)
+        self._model = online_model(settings)
         self._confidence = Confidence(settings.caution, settings.memory)
         self._velocity_confidence = Confidence(settings.caution, settings.memory)
         self._flown = MotionHistory(2.0 * settings.preview.longest_s + 1.0)
@@ -58,7 +60,7 @@ class OnlineCorrection:
             self._learn(self._awaiting.popleft())
 
     def correct(
-        self, u1: Reference, trajectory: Trajectory, time_s: float, state: VehicleState
+        self, u1: Reference, trajectory: DesiredMotion, time_s: float, state: VehicleState
     ) -> OnlineStep:
         """The correction for u1 at `time_s` on the trajectory (s), the vehicle being in `state`."""
         predicted = self._model.predict(self._step(u1, trajectory, time_s, state))
@@ -72,10 +74,14 @@ class OnlineCorrection:
         self._previous_u2 = u2
         return OnlineStep(Correction(u2, velocity), predicted, alpha)
 
-    def sent(self, reference: Reference, trajectory: Trajectory, time_s: float, state: VehicleState) -> None:
-        """Remember what was sent at `state`, and what is expected of it, until it is known where it led."""
+    def sent(
+        self, reference: Reference, trajectory: DesiredMotion, time_s: float, state: VehicleState
+    ) -> PredictedError:
+        """Remember what was sent at `state` until it is known where it led; what is expected of that."""
         step = self._step(reference, trajectory, time_s, state)
-        self._awaiting.append(_Sent(state.time_s, step, self._model.predict(step)))
+        predicted = self._model.predict(step)
+        self._awaiting.append(_Sent(state.time_s, step, predicted))
+        return predicted
 
     def _learn(self, sent: "_Sent") -> None:
         preview = self.settings.preview
@@ -95,9 +101,13 @@ class OnlineCorrection:
             case "uncorrected":
                 return np.zeros(3)
 
-    def _step(self, u: Reference, trajectory: Trajectory, time_s: float, state: VehicleState) -> Step:
+    def _step(self, u: Reference, trajectory: DesiredMotion, time_s: float, state: VehicleState) -> Step:
         desired = desired_ahead(trajectory, time_s, self.settings.preview)
-        return Step(state_of(state), u.position, u.velocity, *desired)
+        return Step(
+            *(state_of(state), u.position, u.velocity, *desired),
+            np.zeros(3) if u.acceleration is None else u.acceleration,
+            *self._flown.recent(state),
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -132,6 +142,17 @@ class MotionHistory:
     def velocity(self, time_s: float, leads_s: Leads) -> Vec3:
         """The same of the velocity (m/s)."""
         return np.array([self._at(time_s + lead_s)[3 + axis] for axis, lead_s in enumerate(leads_s)])
+
+    def recent(self, state: VehicleState) -> tuple[Vec3, Vec3]:
+        """Mean acceleration (m/s²) and drift (m/s) over the last `_RECENT_S` before `state`, or zeros.
+
+        Drift is how fast the position moved beside its own velocity.
+        """
+        past = self._at(state.time_s - _RECENT_S)
+        if np.isnan(past).any():
+            return np.zeros(3), np.zeros(3)
+        moved = (state.position - past[:3]) / _RECENT_S
+        return (state.velocity - past[3:]) / _RECENT_S, moved - 0.5 * (state.velocity + past[3:])
 
     def _at(self, time_s: float) -> Float[Array, "6"]:
         """Linear between two states."""

@@ -11,6 +11,7 @@ and velocity y(k+r) that it learns to predict. The error is what remains to y_d(
 
 With a zero prior mean `position` pulls an ignorant prediction to the map's origin, however far away that is;
 `displacement` pulls it to where the vehicle is, and what it learns in one place holds in any other.
+A fourth, `motion`, pulls it to constant velocity and learns with a linear kernel: `motion_model`.
 """
 
 from collections.abc import Callable, Mapping
@@ -35,6 +36,9 @@ class Step(NamedTuple):
         reference_velocity: v_r(k) (m/s).
         desired_position: p_d(k+r) (m).
         desired_velocity: v_d(k+r−1) (m/s).
+        reference_acceleration: a_r(k), zero where none is sent (m/s²).
+        acceleration: of the vehicle, the mean of the last moments; zero where that is not known (m/s²).
+        drift: how fast its position then moved beside its own velocity; zero where not known (m/s).
     """
 
     state: Float[Array, "12"]
@@ -42,6 +46,16 @@ class Step(NamedTuple):
     reference_velocity: Vec3
     desired_position: Vec3
     desired_velocity: Vec3
+    reference_acceleration: Vec3
+    acceleration: Vec3
+    drift: Vec3
+
+
+def _paper_inputs(step: Step) -> Float[Array, "24"]:
+    return error_inputs(
+        *(step.state, step.reference_position, step.reference_velocity),
+        *(step.desired_position, step.desired_velocity),
+    )
 
 
 FormName: TypeAlias = Literal["error", "position", "displacement"]
@@ -76,13 +90,13 @@ def _relative_inputs(step: Step) -> Float[Array, "21"]:
 FORMS: Mapping[FormName, Form] = MappingProxyType(
     {
         "error": Form(
-            inputs=lambda step: error_inputs(*step),
+            inputs=_paper_inputs,
             origin=_desired,
             reference=slice(12, 15),
             size=24,
         ),
         "position": Form(
-            inputs=lambda step: error_inputs(*step),
+            inputs=_paper_inputs,
             origin=lambda step: np.zeros(6),
             reference=slice(12, 15),
             size=len(ERROR_INPUTS),

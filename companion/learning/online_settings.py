@@ -1,13 +1,14 @@
 """Settings of the online correction: the paper's, and ours."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, NonNegativeFloat, PositiveFloat
+from pydantic import BaseModel, ConfigDict, Field, NonNegativeFloat, PositiveFloat, model_validator
 
 from companion.learning.correction import ConstantGain, EstimatedGain, Gain, GainValue
 from companion.learning.error_prediction import FormName
 from companion.learning.features import Preview
 from companion.learning.gaussian_process import Kernel
+from companion.learning.motion_model import LinearKernel
 
 
 class OnlineSettings(BaseModel):
@@ -17,8 +18,8 @@ class OnlineSettings(BaseModel):
         sample_time_s: time between two steps (s).
         preview: how far ahead an error is predicted.
         window: observations that the process rests on, the newest N.
-        kernel: l, σ1² and σ2².
-        form: what the process predicts (`error_prediction`).
+        kernel: σ1², σ2², and l but where the process is linear.
+        form: what the process predicts (`error_prediction`), or `motion`, which is linear (`motion_model`).
         gain: α, constant or estimated.
         velocity: how the reference velocity is corrected: by the finite difference of u2, by the predicted
             velocity error times `velocity_gain`, or not at all.
@@ -32,13 +33,21 @@ class OnlineSettings(BaseModel):
     sample_time_s: PositiveFloat
     preview: Preview
     window: Annotated[int, Field(ge=1, le=1000)]
-    kernel: Kernel
-    form: FormName
+    kernel: Kernel | LinearKernel
+    form: FormName | Literal["motion"]
     gain: Gain
     velocity: Literal["finite_difference", "predicted", "uncorrected"]
     velocity_gain: GainValue = 0.0
     caution: NonNegativeFloat = 0.0
     memory: Annotated[int, Field(ge=1, le=100_000)] = 100
+
+    @model_validator(mode="after")
+    def _form_fits(self) -> Self:
+        if (self.form == "motion") != isinstance(self.kernel, LinearKernel):
+            raise ValueError("form motion takes a kernel without length_scale, every other form one with it")
+        if self.form == "motion" and min(self.preview.position_s) <= 0.0:
+            raise ValueError("form motion predicts ahead: preview.position_s must be above 0")
+        return self
 
 
 PAPER = OnlineSettings(
@@ -68,3 +77,12 @@ well the model has predicted; see docs/decisions.md."""
 
 ESTIMATED = DEFAULT.model_copy(update={"gain": EstimatedGain(least=4.0, most=16.0)})
 """Ours, with the gain that the online model itself gives at every step (Insight 1)."""
+
+MOTION = DEFAULT.model_copy(
+    update={
+        "form": "motion",
+        "window": 500,
+        "kernel": LinearKernel(prior_variance=1.0, noise_variance=0.02),
+    }
+)
+"""Ours, with the model that predicts real flights best: from constant velocity, by ten seconds of flight."""

@@ -11,7 +11,7 @@ from companion.flight.strategies import position_velocity
 from companion.flight.tracker import Tracker
 from companion.learning.correction import ConstantGain
 from companion.learning.features import Preview
-from companion.learning.online_settings import DEFAULT, PAPER, OnlineSettings
+from companion.learning.online_settings import DEFAULT, MOTION, PAPER, OnlineSettings
 from companion.state import VehicleState
 from companion.trajectory.trajectory import Trajectory, trajectory_of
 
@@ -51,8 +51,9 @@ def _rms(correction: OnlineCorrection | None) -> float:
     return float(np.sqrt(np.mean(squares)))
 
 
-def test_the_correction_takes_away_most_of_the_error() -> None:
-    assert _rms(OnlineCorrection(DEFAULT)) < 0.2 * _rms(None)
+@pytest.mark.parametrize("settings", [DEFAULT, MOTION])
+def test_the_correction_takes_away_most_of_the_error(settings: OnlineSettings) -> None:
+    assert _rms(OnlineCorrection(settings)) < 0.2 * _rms(None)
 
 
 @pytest.mark.parametrize("form", ["error", "position", "displacement"])
@@ -79,6 +80,32 @@ def test_a_motion_is_interpolated_but_not_across_gaps() -> None:
     np.testing.assert_allclose(history.velocity(0.1, (0.0, 0.0, 0.0)), np.full(3, 0.1))
     for unknown_s in (-0.1, 0.3, 0.6):
         assert np.isnan(history.position(unknown_s, (0.0, 0.0, 0.0))).all()
+
+
+def test_recent_acceleration_and_drift() -> None:
+    history = MotionHistory(span_s=10.0)
+    states = [
+        _state(t, np.array([0.0, 0.5 * t**2 + 0.3 * t, t]), np.array([0.0, t, 1.0])) for t in (1.0, 1.1)
+    ]
+    for state in states:
+        history.append(state)
+    acceleration, drift = history.recent(states[1])
+    np.testing.assert_allclose(acceleration, [0.0, 1.0, 0.0], atol=1e-9)
+    np.testing.assert_allclose(drift, [0.0, 0.3, 0.0], atol=1e-9)
+    np.testing.assert_array_equal(history.recent(states[0]), np.zeros((2, 3)))
+
+
+def test_what_was_sent_is_predicted_by_what_it_led_to() -> None:
+    correction, trajectory = OnlineCorrection(MOTION), _wave()
+    expected, came = [], []
+    for k in range(400):
+        at = trajectory.at(k * STEP_S)
+        state = _state(k * STEP_S, at.position, at.velocity)
+        correction.observe(state)
+        expected.append(correction.sent(Reference(*at), trajectory, state.time_s, state).position)
+        came.append(trajectory.at(k * STEP_S + MOTION.preview.longest_s).position)
+    errors = np.linalg.norm(np.array(expected) - came, axis=1)
+    assert errors[200:].max() < 0.1 * errors[:5].max()
 
 
 def test_a_long_history_forgets_what_is_too_old() -> None:

@@ -13,7 +13,8 @@ from companion.learning.correction import (
     estimated_gain,
     velocity_correction,
 )
-from companion.learning.online_settings import DEFAULT, ESTIMATED, PAPER, OnlineSettings
+from companion.learning.gaussian_process import Kernel
+from companion.learning.online_settings import DEFAULT, ESTIMATED, MOTION, PAPER, OnlineSettings
 
 vectors = arrays(float, 3, elements=st.floats(-1e150, 1e150) | st.sampled_from([np.nan, np.inf, -np.inf]))
 
@@ -80,13 +81,11 @@ def test_the_velocity_follows_by_finite_difference() -> None:
 
 def test_the_papers_settings() -> None:
     assert PAPER.window == 40
-    assert PAPER.kernel.length_scale == 20.0
-    assert PAPER.kernel.prior_variance == 1.0
-    assert PAPER.kernel.noise_variance == 2e-5
+    assert PAPER.kernel == Kernel(prior_variance=1.0, length_scale=20.0, noise_variance=2e-5)
     assert PAPER.gain == ConstantGain(alpha=(5.0, 5.0, 0.5))
     assert PAPER.preview.position_s == pytest.approx((4 / 7, 4 / 7, 3 / 7))
 
 
-@pytest.mark.parametrize("settings", [PAPER, DEFAULT, ESTIMATED])
+@pytest.mark.parametrize("settings", [PAPER, DEFAULT, ESTIMATED, MOTION])
 def test_settings_survive_a_file(settings: OnlineSettings) -> None:
     assert OnlineSettings.model_validate_json(settings.model_dump_json()) == settings

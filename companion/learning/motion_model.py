@@ -1,0 +1,142 @@
+"""The online model that starts from constant velocity: what else moves the vehicle, learned axis by axis.
+
+Ignorance, here, is to expect p(k) + v(k) τ one lead τ later. What is learned is the mean velocity beyond
+that, as a linear function of what can cause it, each input in m/s: what it would add if it acted in full.
+
+| input | why |
+|-|-|
+| τ/2 · 2 s⁻² · (p_r − p_a) | the position loop pulls; 2 s⁻² is about what PX4 and ArduPilot do by default |
+| τ/2 · 2 s⁻¹ · (v_r − v_a) | so does the velocity loop |
+| τ/2 · a_r | feed-forward acceleration |
+| τ/2 · a | acceleration goes on for a while |
+| d | an estimator that is being pulled to a measurement moves its position beside its own velocity |
+
+The axes are independent, as the paper assumes of the quadrotor's outer loops: that leaves five weights to
+learn for each. With inputs in the output's own unit one prior variance serves all of them, at every lead.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+from pydantic import BaseModel, ConfigDict, PositiveFloat
+
+from companion.arrays import Array, Vec3
+from companion.learning.error_prediction import PredictedError, Step
+from companion.learning.features import Preview
+from companion.learning.gaussian_process import SlidingWindow
+
+POSITION_STIFFNESS = 2.0
+"""Acceleration that a position error is taken to call for (1/s²)."""
+VELOCITY_STIFFNESS = 2.0
+"""The same of a velocity error (1/s)."""
+_AXES, _INPUTS, _OUTPUTS = 3, 5, 2
+
+
+class LinearKernel(BaseModel):
+    """k(ξ, ξ') = σ1² ξᵀξ', with noise of variance σ2² on each observation.
+
+    Attributes:
+        prior_variance: σ1², of each weight; of none when inputs and outputs have one unit.
+        noise_variance: σ2² (m/s)². Outcomes of neighbouring steps overlap, so that they say less than
+            independent ones would: σ2² is to be so many times larger.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    prior_variance: PositiveFloat
+    noise_variance: PositiveFloat
+
+
+class Weights(NamedTuple):
+    """What the process knows: weights of the inputs, and their covariance, for each axis.
+
+    Attributes:
+        mean: (3, inputs, outputs).
+        covariance: (3, inputs, inputs), the same for each output.
+    """
+
+    mean: Float[Array, "3 d m"]
+    covariance: Float[Array, "3 d d"]
+
+
+def fit_weights(
+    inputs: Float[Array, "n 3 d"], outputs: Float[Array, "n 3 m"], kernel: LinearKernel
+) -> Weights:
+    """Condition the process on observations, none included (Rasmussen and Williams, equation 2.8)."""
+    along_axes = inputs.transpose(1, 2, 0)
+    ridge = kernel.noise_variance / kernel.prior_variance * np.eye(inputs.shape[2])
+    information = along_axes @ inputs.transpose(1, 0, 2) + ridge
+    inverse = np.asarray(np.linalg.inv(information), dtype=np.float64)
+    return Weights(inverse @ (along_axes @ outputs.transpose(1, 0, 2)), kernel.noise_variance * inverse)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Leads:
+    """τ of each axis (s)."""
+
+    position: Vec3
+    velocity: Vec3
+
+
+class MotionModel:
+    """Learns from steps whose outcome was flown, predicts that of the present one (`OnlineModel`)."""
+
+    def __init__(self, kernel: LinearKernel, window: int, preview: Preview) -> None:
+        self._kernel = kernel
+        self._leads = _Leads(np.array(preview.position_s), np.array(preview.velocity_s))
+        self._window = SlidingWindow(window, inputs=_AXES * _INPUTS, outputs=_AXES * _OUTPUTS)
+        self._weights: Weights | None = None
+
+    def __len__(self) -> int:
+        """How many observations it rests on."""
+        return len(self._window)
+
+    def learn(self, step: Step, flown_position: Vec3, flown_velocity: Vec3) -> bool:
+        """Take in where `step` (with the reference as sent) led to; False if that is not finite."""
+        self._weights = None
+        position, velocity = step.state[:3], step.state[3:6]
+        gained = (flown_position - position) / self._leads.position - velocity
+        outputs = np.stack((gained, flown_velocity - velocity), axis=1)
+        return self._window.append(self._inputs(step).ravel(), outputs.ravel())
+
+    def predict(self, step: Step) -> PredictedError:
+        """The error that `step` leads to; NaN, never an exception, if the step is not finite."""
+        if self._weights is None:
+            self._weights = fit_weights(
+                self._window.inputs.reshape(-1, _AXES, _INPUTS),
+                self._window.outputs.reshape(-1, _AXES, _OUTPUTS),
+                self._kernel,
+            )
+        inputs, lead_s = self._inputs(step), self._leads.position
+        gained, velocity_gained = np.einsum("ad,adm->ma", inputs, self._weights.mean)
+        position = step.state[:3] + lead_s * (step.state[3:6] + gained)
+        velocity = step.state[3:6] + velocity_gained
+        variance = np.einsum("ad,ade,ae->a", inputs, self._weights.covariance, inputs)
+        pull = 0.5 * lead_s**2 * POSITION_STIFFNESS * self._weights.mean[:, 0, 0]
+        return PredictedError(
+            error=step.desired_position - position,
+            velocity_error=step.desired_velocity - velocity,
+            position=position,
+            velocity=velocity,
+            variance=float(np.max(lead_s**2 * variance)),
+            gradient=-np.diag(pull),
+        )
+
+    def forget(self) -> None:
+        """Start anew, as after a gap in the telemetry."""
+        self._window.clear()
+        self._weights = None
+
+    def _inputs(self, step: Step) -> Float[Array, "3 5"]:
+        position, velocity = step.state[:3], step.state[3:6]
+        accelerations = np.stack(
+            (
+                POSITION_STIFFNESS * (step.reference_position - position),
+                VELOCITY_STIFFNESS * (step.reference_velocity - velocity),
+                step.reference_acceleration,
+                step.acceleration,
+            )
+        )
+        return np.vstack((0.5 * self._leads.position * accelerations, step.drift)).T

@@ -1,0 +1,166 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from companion.arrays import Vec3
+from companion.learning.error_prediction import Step
+from companion.learning.features import Preview
+from companion.learning.gaussian_process import Kernel
+from companion.learning.motion_model import LinearKernel, MotionModel, fit_weights
+from companion.learning.online_model import online_model
+from companion.learning.online_settings import DEFAULT, MOTION, OnlineSettings
+
+KERNEL = LinearKernel(prior_variance=1.0, noise_variance=1e-8)
+LEADS_S = np.array((0.4, 0.3, 0.2))
+PREVIEW = Preview(position_s=(0.4, 0.3, 0.2), velocity_s=(0.3, 0.2, 0.1))
+
+
+def random_step(rng: np.random.Generator, where: float = 0.0) -> Step:
+    position = rng.normal(size=3) + where
+    state = np.concatenate((position, rng.normal(scale=0.3, size=9)))
+    reference_position, reference_velocity, desired_position, *others = rng.normal(size=(7, 3))
+    return Step(
+        state, position + reference_position, reference_velocity, position + desired_position, *others
+    )
+
+
+def outcome(step: Step) -> Vec3:
+    """Where a vehicle of which each axis pulls, accelerates and drifts in its own way comes to be."""
+    position, velocity = step.state[:3], step.state[3:6]
+    pull = np.array((0.5, 1.0, 2.0)) * (step.reference_position - position) + step.reference_acceleration
+    going_on = np.array((0.9, 0.5, 0.1)) * step.acceleration
+    return position + LEADS_S * (velocity + 0.7 * step.drift) + 0.5 * LEADS_S**2 * (pull + going_on)
+
+
+def velocity_after(step: Step) -> Vec3:
+    return 0.6 * step.state[3:6] + 0.4 * step.reference_velocity
+
+
+def trained(window: int = 60, where: float = 0.0, kernel: LinearKernel = KERNEL) -> MotionModel:
+    model = MotionModel(kernel, window, PREVIEW)
+    rng = np.random.default_rng(0)
+    for _ in range(60):
+        step = random_step(rng, where)
+        assert model.learn(step, outcome(step), velocity_after(step))
+    return model
+
+
+def test_a_model_that_knows_nothing_expects_constant_velocity() -> None:
+    step = random_step(np.random.default_rng(1))
+    predicted = MotionModel(KERNEL, 10, PREVIEW).predict(step)
+    np.testing.assert_array_equal(predicted.position, step.state[:3] + LEADS_S * step.state[3:6])
+    np.testing.assert_array_equal(predicted.velocity, step.state[3:6])
+    np.testing.assert_array_equal(predicted.gradient, np.zeros((3, 3)))
+    assert predicted.variance > 0.01
+
+
+def test_what_is_linear_is_learned() -> None:
+    step = random_step(np.random.default_rng(2))
+    predicted = trained().predict(step)
+    np.testing.assert_allclose(predicted.position, outcome(step), atol=1e-5)
+    np.testing.assert_allclose(predicted.velocity, velocity_after(step), atol=1e-5)
+    np.testing.assert_allclose(predicted.error, step.desired_position - outcome(step), atol=1e-5)
+    np.testing.assert_allclose(
+        predicted.velocity_error, step.desired_velocity - velocity_after(step), atol=1e-5
+    )
+    assert predicted.variance < 1e-6
+
+
+def test_the_gradient_is_that_of_the_error() -> None:
+    model, step, small = trained(), random_step(np.random.default_rng(3)), 1e-4
+    for axis, unit in enumerate(np.eye(3)):
+        ahead, behind = (
+            model.predict(
+                step._replace(reference_position=step.reference_position + sign * small * unit)
+            ).error
+            for sign in (1.0, -1.0)
+        )
+        gradient = model.predict(step).gradient[:, axis]
+        np.testing.assert_allclose(gradient, (ahead - behind) / (2.0 * small), atol=1e-8)
+
+
+@given(st.floats(-1000.0, 1000.0))
+def test_it_holds_wherever_it_is_flown(where: float) -> None:
+    near = trained_here.predict(random_step(np.random.default_rng(4)))
+    far = trained_here.predict(random_step(np.random.default_rng(4), where))
+    np.testing.assert_allclose(far.error, near.error, atol=1e-9)
+
+
+trained_here = trained()
+
+
+def test_noise_alone_does_not_pull_it_from_constant_velocity() -> None:
+    model = MotionModel(LinearKernel(prior_variance=1.0, noise_variance=0.02), 500, Preview.of_time(0.36))
+    rng = np.random.default_rng(5)
+    for _ in range(500):
+        step = random_step(rng)
+        constant = step.state[:3] + 0.36 * step.state[3:6]
+        model.learn(step, constant + 0.05 * rng.normal(size=3), step.state[3:6])
+    step = random_step(rng)
+    shift = model.predict(step).position - step.state[:3] - 0.36 * step.state[3:6]
+    assert np.linalg.norm(shift) < 0.05
+
+
+def test_the_weights_are_those_of_ridge_regression() -> None:
+    rng = np.random.default_rng(6)
+    inputs, outputs = rng.normal(size=(20, 3, 5)), rng.normal(size=(20, 3, 2))
+    weights = fit_weights(inputs, outputs, LinearKernel(prior_variance=0.5, noise_variance=0.2))
+    for axis in range(3):
+        augmented = np.vstack((inputs[:, axis], np.sqrt(0.4) * np.eye(5)))
+        expected = np.linalg.lstsq(augmented, np.vstack((outputs[:, axis], np.zeros((5, 2)))), rcond=None)[0]
+        np.testing.assert_allclose(weights.mean[axis], expected, atol=1e-12)
+        covariance = 0.2 * np.linalg.inv(augmented.T @ augmented)
+        np.testing.assert_allclose(weights.covariance[axis], covariance, atol=1e-12)
+
+
+def test_only_the_window_counts() -> None:
+    model = trained(window=20)
+    rng = np.random.default_rng(7)
+    for _ in range(20):
+        step = random_step(rng)
+        model.learn(step, step.state[:3] + LEADS_S * step.state[3:6], step.state[3:6])
+    step = random_step(rng)
+    np.testing.assert_allclose(
+        model.predict(step).position, step.state[:3] + LEADS_S * step.state[3:6], atol=1e-12
+    )
+    assert len(model) == 20
+
+
+def test_what_is_not_finite_is_not_learned() -> None:
+    model, step = MotionModel(KERNEL, 5, PREVIEW), random_step(np.random.default_rng(8))
+    assert not model.learn(step, np.array([0.0, np.nan, 0.0]), np.zeros(3))
+    assert not model.learn(step._replace(reference_position=np.full(3, np.inf)), np.zeros(3), np.zeros(3))
+    assert len(model) == 0
+    assert np.isnan(model.predict(step._replace(drift=np.full(3, np.nan))).position).all()
+
+
+def test_a_model_that_forgot_is_a_new_one() -> None:
+    model, step = trained(), random_step(np.random.default_rng(9))
+    model.forget()
+    assert len(model) == 0
+    np.testing.assert_array_equal(model.predict(step).velocity, step.state[3:6])
+
+
+def test_settings_choose_the_model() -> None:
+    assert isinstance(online_model(MOTION), MotionModel)
+    assert not isinstance(online_model(DEFAULT.model_copy(update=SQUARED_EXPONENTIAL)), MotionModel)
+
+
+SQUARED_EXPONENTIAL = {
+    "form": "displacement",
+    "kernel": Kernel(prior_variance=1.0, length_scale=20.0, noise_variance=2e-5),
+}
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"form": "displacement"},
+        {"kernel": {"prior_variance": 1.0, "length_scale": 20.0, "noise_variance": 2e-5}},
+        {"preview": {"position_s": (0.1, 0.0, 0.1), "velocity_s": (0.1, 0.1, 0.1)}},
+    ],
+)
+def test_settings_that_do_not_fit_are_refused(wrong: dict[str, object]) -> None:
+    with pytest.raises(ValueError, match="form motion"):
+        OnlineSettings.model_validate(MOTION.model_dump() | wrong)
