@@ -71,16 +71,14 @@ def test_noise_does_not_make_it_worse_than_constant_velocity() -> None:
 
 
 def test_nothing_is_known_before_its_time() -> None:
-    recording, cut_s, horizon_s = recorded(), 12.0, 0.36
-    until = Segment("until", Window(SEGMENT.window.start_s, cut_s))
-    states, later = recording.states, recording.states.time_s > cut_s
-    other = replace(states, position=np.where(later[:, None], 100.0, states.position))
-    sent, later = recording.references, recording.references.time_s > cut_s
-    elsewhere = replace(sent, position=np.where(later[:, None], 100.0, sent.position))
-    changed = replace(recording, states=other, references=elsewhere)
-    assert prediction_errors(changed, until, (horizon_s,)) == prediction_errors(
-        recording, until, (horizon_s,)
-    )
+    recording, jump_s, horizon_s = recorded(), 12.0, 0.36
+    states = recording.states
+    jumped = np.where(states.time_s[:, None] > jump_s, 100.0, 0.0) + states.position
+    until = Segment("until", Window(SEGMENT.window.start_s, jump_s + horizon_s))
+    changed = replace(recording, states=replace(states, position=jumped))
+    prediction = prediction_errors(changed, until, (horizon_s,))[horizon_s]
+    surprised = horizon_s / (until.window.end_s - until.window.start_s - horizon_s)
+    assert prediction.gp_rms_m == pytest.approx(np.sqrt(3.0 * surprised) * 100.0, rel=0.05)
 
 
 def test_setpoints_without_a_position_do_not_count() -> None:
