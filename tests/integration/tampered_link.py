@@ -1,5 +1,6 @@
 """The built-in vehicle in virtual time, behind a link on which a test may change, drop and add frames."""
 
+import asyncio
 from collections.abc import AsyncIterator, Callable, Coroutine
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
@@ -10,6 +11,7 @@ import numpy as np
 from companion import clock
 from companion.arrays import Vec3
 from companion.autopilot import Autopilot, detect
+from companion.errors import FlightError
 from companion.flight.approach import rest_to_rest
 from companion.flight.flight import FlightOutcome, FlightPlan, fly
 from companion.flight.recorder import FlightRecorder
@@ -47,12 +49,12 @@ class TamperedLink:
         sent: what the companion sent, with the time.
     """
 
-    def __init__(self, conditions: str = "ideal") -> None:
+    def __init__(self, conditions: str = "ideal", vehicle: str = "bebop2") -> None:
         self.dropped = 0
         self.incoming: Callable[[Any], Message | None] = lambda message: message
         self.outgoing: Callable[[Any], bool] = lambda message: True
         self.sent: list[tuple[float, Any]] = []
-        self._address = Simulated("bebop2", conditions, seed=1)
+        self._address = Simulated(vehicle, conditions, seed=1)
         self._encoder = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
         self._pilot = mavlink.MAVLink(None, srcSystem=255, srcComponent=190)
 
@@ -87,7 +89,7 @@ class TamperedLink:
         self._receiver.bytes_received(message.pack(self._encoder))
 
     def pilot_switches_to(self, mode: tuple[int, int]) -> None:
-        """Have a ground station on the same vehicle change its mode."""
+        """Have a ground station on the same vehicle change its mode: parameters 2 and 3 of DO_SET_MODE."""
         command = mavlink.MAVLink_command_long_message(
             1, 1, mavlink.MAV_CMD_DO_SET_MODE, 0, 1.0, mode[0], mode[1], 0.0, 0.0, 0.0, 0.0
         )
@@ -146,6 +148,40 @@ async def connected(link: TamperedLink) -> AsyncIterator[Pilot]:
 
 def virtually(scenario: Coroutine[Any, Any, T]) -> T:
     return clock.run(scenario, virtual=True)
+
+
+Trouble = Callable[[TamperedLink, Pilot], None]
+
+
+def fly_with(
+    link: TamperedLink,
+    trouble: Trouble,
+    *,
+    phase: str = "tracking",
+    after_s: float = 1.0,
+    plan: FlightPlan | None = None,
+) -> tuple[Pilot, FlightOutcome | None, BaseException | None]:
+    """Fly, with `trouble` striking `after_s` into a phase; what came of it."""
+
+    async def scenario() -> tuple[Pilot, FlightOutcome | None, BaseException | None]:
+        async with connected(link) as pilot:
+
+            def at(text: str) -> None:
+                if text.startswith(phase):
+                    asyncio.get_running_loop().call_later(after_s, trouble, link, pilot)
+
+            pilot.on_announce = at
+            try:
+                return pilot, await pilot.fly(plan or FlightPlan(straight())), None
+            except FlightError as error:
+                await asyncio.sleep(3.0)  # whether anything goes on after the flight
+                return pilot, None, error
+
+    return virtually(scenario())
+
+
+def without(*kinds: type[Message]) -> Callable[[Any], Message | None]:
+    return lambda message: None if isinstance(message, kinds) else message
 
 
 def _messages(data: bytes) -> list[Message]:

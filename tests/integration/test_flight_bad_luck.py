@@ -3,16 +3,25 @@
 import asyncio
 import math
 import signal
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
-from tampered_link import POSCTL, PROVENANCE, Pilot, TamperedLink, connected, straight, virtually
+from tampered_link import (
+    POSCTL,
+    PROVENANCE,
+    Pilot,
+    TamperedLink,
+    connected,
+    fly_with,
+    straight,
+    virtually,
+    without,
+)
 
 from companion import clock
-from companion.errors import FlightError, LinkError, RefusedError, TakenError, TrackingError
-from companion.flight.flight import FlightOutcome, FlightPlan
+from companion.errors import LinkError, RefusedError, TakenError, TrackingError
+from companion.flight.flight import FlightPlan
 from companion.flight.guard import Clip, GuardLimits
 from companion.flight.online_correction import OnlineCorrection, OnlineStep
 from companion.flight.reference import Correction, Reference
@@ -23,38 +32,6 @@ from companion.state import VehicleState
 from companion.trajectory import Trajectory
 
 ARM, SET_MODE = mavlink.MAV_CMD_COMPONENT_ARM_DISARM, mavlink.MAV_CMD_DO_SET_MODE
-Trouble = Callable[[TamperedLink, Pilot], None]
-
-
-def fly_with(
-    link: TamperedLink,
-    trouble: Trouble,
-    *,
-    phase: str = "tracking",
-    after_s: float = 1.0,
-    plan: FlightPlan | None = None,
-) -> tuple[Pilot, FlightOutcome | None, BaseException | None]:
-    """Fly, with `trouble` striking `after_s` into a phase; what came of it."""
-
-    async def scenario() -> tuple[Pilot, FlightOutcome | None, BaseException | None]:
-        async with connected(link) as pilot:
-
-            def at(text: str) -> None:
-                if text.startswith(phase):
-                    asyncio.get_running_loop().call_later(after_s, trouble, link, pilot)
-
-            pilot.on_announce = at
-            try:
-                return pilot, await pilot.fly(plan or FlightPlan(straight())), None
-            except FlightError as error:
-                await asyncio.sleep(3.0)  # whether anything goes on after the flight
-                return pilot, None, error
-
-    return virtually(scenario())
-
-
-def without(*kinds: type[Message]) -> Callable[[Any], Message | None]:
-    return lambda message: None if isinstance(message, kinds) else message
 
 
 def not_a_number(message: Message) -> Message:
