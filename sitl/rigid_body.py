@@ -36,6 +36,7 @@ class Airframe(NamedTuple):
     max_speed: float
     linear_drag: Vec3
     quadratic_drag: Vec3
+    angular_drag: Vec3
 
 
 class Body(NamedTuple):
@@ -89,6 +90,7 @@ def airframe(vehicle: Vehicle) -> Airframe:
         max_speed=vehicle.max_speed_rad_s,
         linear_drag=np.array(vehicle.body_drag.linear_n_s_per_m),
         quadratic_drag=np.array(vehicle.body_drag.quadratic_n_s2_per_m2),
+        angular_drag=np.array(vehicle.body_drag.angular_nm_s),
     )
 
 
@@ -141,9 +143,10 @@ def derivative(
     force_x = -(linear[0] + quadratic[0] * speed + effort.drag) * air_x
     force_y = -(linear[1] + quadratic[1] * speed + effort.drag) * air_y
     force_z = -(linear[2] + quadratic[2] * speed) * air_z - effort.thrust
-    roll = effort.roll + effort.drag_z * air_y
-    pitch = effort.pitch - effort.drag_z * air_x
-    yaw = effort.yaw + effort.drag_y * air_x - effort.drag_x * air_y
+    damping = frame.angular_drag
+    roll = effort.roll + effort.drag_z * air_y - damping[0] * wx
+    pitch = effort.pitch - effort.drag_z * air_x - damping[1] * wy
+    yaw = effort.yaw + effort.drag_y * air_x - effort.drag_x * air_y - damping[2] * wz
     north, east, down = rotate(q, (force_x, force_y, force_z))
     jx, jy, jz = frame.inertia[0], frame.inertia[1], frame.inertia[2]
     out[0] = motion[3]

@@ -67,10 +67,12 @@ class Rotors(_Section):
 
 
 class BodyDrag(_Section):
-    """Drag of the hull along each body axis: (linear + quadratic × airspeed) × velocity."""
+    """Drag of the hull along each body axis, (linear + quadratic × airspeed) × velocity, and its damping."""
 
     linear_n_s_per_m: NonNegative3 = (0.0, 0.0, 0.0)
     quadratic_n_s2_per_m2: NonNegative3 = (0.0, 0.0, 0.0)
+    angular_nm_s: NonNegative3 = (0.0, 0.0, 0.0)
+    """Torque over body rate."""
 
 
 class BatteryPack(_Section):
@@ -150,6 +152,14 @@ class Vehicle(_Section):
     def hover_thrust(self) -> float:
         """Weight over full thrust."""
         return (self.hover_speed_rad_s / self.max_speed_rad_s) ** 2
+
+    @property
+    def fastest_climb_and_descent_m_s(self) -> tuple[float, float]:
+        """What the firmware allows: MPC_Z_VEL_MAX_UP and _DN, or WPNAV_SPEED_UP and _DN (there in cm/s)."""
+        if self.firmware == "ardupilot":
+            ours = self.ardupilot_parameters
+            return 0.01 * ours.WPNAV_SPEED_UP, 0.01 * ours.WPNAV_SPEED_DN
+        return self.px4_parameters.MPC_Z_VEL_MAX_UP, self.px4_parameters.MPC_Z_VEL_MAX_DN
 
     @property
     def rotor_effectiveness(self) -> Float[Array, "4 n"]:

@@ -58,6 +58,15 @@ def test_torque_free_rotation_keeps_energy_momentum_and_norm() -> None:
     assert np.linalg.norm(body.motion[6:10]) == pytest.approx(1.0, abs=1e-12)
 
 
+def test_angular_drag_stops_a_rotation() -> None:
+    frame = NO_DRAG._replace(angular_drag=np.array((0.004, 0.0, 0.0)))
+    body = aloft(height=1e4)
+    body.motion[10] = 2.0
+    run(frame, body, 0.5)
+    decay = math.exp(-0.5 * 0.004 / frame.inertia[0])
+    assert body.motion[10] == pytest.approx(2.0 * decay, rel=1e-6)
+
+
 def test_total_angular_momentum_includes_the_rotors() -> None:
     """Without friction in the air, spinning rotors up turns the body the other way."""
     frame = NO_DRAG._replace(moment_coefficient=0.0, spin=np.array((1.0, 1.0, 1.0, 1.0)))
