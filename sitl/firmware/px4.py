@@ -5,6 +5,7 @@ https://docs.px4.io/main/en/config/safety.html) as far as it is modelled.
 """
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -22,25 +23,13 @@ from sitl.firmware.interface import (
     Severity,
     StatusText,
 )
-from sitl.firmware.px4_allocation import allocation
-from sitl.firmware.px4_attitude import attitude_gains, rate_gains, rate_state
+from sitl.firmware.px4_control import Control
 from sitl.firmware.px4_guidance import Guidance
-from sitl.firmware.px4_inner_loops import InnerLoops, fly_tick
-from sitl.firmware.px4_position import (
-    PositionLimits,
-    attitude_setpoint,
-    control_position,
-    position_gains,
-    position_setpoint,
-    position_state,
-)
-from sitl.firmware.px4_takeoff import LandDetector, Takeoff, TakeoffPhase
+from sitl.firmware.px4_takeoff import LandDetector, TakeoffPhase
 from sitl.firmware.px4_tuning import tuned_parameters
 from sitl.plant import STEPS_PER_TICK, TICK_S, Plant, TickNoise
 from sitl.vehicle import Vehicle
 
-_NO_THRUST_M_S2 = 100.0
-"""Downward acceleration setpoint that leaves no thrust."""
 _MODE_WHEN_OFFBOARD_IS_LOST = {0: Mode.POSCTL, 3: Mode.RTL, 4: Mode.LAND, 5: Mode.HOLD}
 _MODES_TO_ARM_IN = frozenset((Mode.POSCTL, Mode.HOLD, Mode.TAKEOFF, Mode.OFFBOARD))
 
@@ -49,19 +38,11 @@ class Px4:
     """Implements `interface.Firmware`."""
 
     def __init__(self, vehicle: Vehicle, estimator: Estimator, pack: Pack) -> None:
-        self._dt = TICK_S
         self.parameters = tuned_parameters(vehicle)
-        self._loops = InnerLoops(
-            attitude_gains(self.parameters), rate_gains(self.parameters), rate_state(), allocation(vehicle)
-        )
-        self._attitude_setpoint = attitude_setpoint()
         self._estimator = estimator
         self._pack = pack
-        self._gains = position_gains(self.parameters)
-        self._control = position_state()
-        self._setpoint = position_setpoint()
-        self._guidance = Guidance(self.parameters, estimator, self._setpoint, TICK_S)
-        self._takeoff = Takeoff(self.parameters)
+        self._control = Control(vehicle, self.parameters, estimator)
+        self._guidance = Guidance(self.parameters, estimator, self._control.setpoint, TICK_S)
         self._land_detector = LandDetector(self.parameters.MPC_THR_HOVER)
         self._time_s = 0.0
         self._mode = Mode.HOLD
@@ -72,6 +53,7 @@ class Px4:
         self._offboard = Setpoint()
         self._offboard_at_s = -math.inf
         self._offboard_interrupted = False
+        self._resets = 0
         self._battery_warnings = 0
         self._texts: list[StatusText] = []
 
@@ -87,13 +69,14 @@ class Px4:
             velocity=e.velocity.copy(),
             acceleration=self._control.acceleration.copy(),
             attitude=e.attitude.copy(),
-            rates=e.rates.copy(),
+            rates=self._control.rates.copy(),
+            resets=int(e.resets[0]),
         )
 
     @property
     def active_setpoint(self) -> Setpoint:
         """What the position controller follows now, in any mode."""
-        s = self._setpoint
+        s = self._control.setpoint
         return Setpoint(
             position=s.position.copy(),
             velocity=s.velocity.copy(),
@@ -119,7 +102,7 @@ class Px4:
             return Landed.ON_GROUND
         if self._mode is Mode.LAND:
             return Landed.LANDING
-        if self._mode is Mode.TAKEOFF or self._takeoff.phase is TakeoffPhase.RAMPUP:
+        if self._mode is Mode.TAKEOFF or self._control.takeoff.phase is TakeoffPhase.RAMPUP:
             return Landed.TAKING_OFF
         return Landed.IN_AIR
 
@@ -228,78 +211,59 @@ class Px4:
         """Fly already, armed, in OFFBOARD; the estimate says where."""
         self._armed = self._has_flown = True
         self._mode = Mode.OFFBOARD
-        self._takeoff.phase = TakeoffPhase.FLIGHT
+        self._control.begin_in_flight()
         self._land_detector.landed = False
         self._home = self._estimator.position.copy()
-        self._control.last_velocity[:] = self._estimator.velocity
-        self._loops.state.last_rates[:] = self._estimator.rates
         self.offboard_setpoint(Setpoint(position=self._home))
 
     def fly_tick(self, plant: Plant, first_step: int, noise: TickNoise) -> None:
         """Commander, guidance and position control, then the inner loops with the plant, for one tick."""
-        self._update((first_step + STEPS_PER_TICK) / STEPS_PER_S)
-        fly_tick(
-            plant,
-            self._estimator,
-            self._loops,
-            self._attitude_setpoint,
-            self._armed,
-            self.on_ground,
-            first_step,
-            noise,
-        )
+        self._update()
+        self._control.fly_tick(plant, first_step, noise, armed=self._armed, on_ground=self.on_ground)
+        self._time_s = (first_step + STEPS_PER_TICK) / STEPS_PER_S
+        self._watch_resets()
 
-    def _update(self, until_s: float) -> None:
-        dt = self._dt
+    def _update(self) -> None:
         if self._armed:
             self._watch_offboard()
             self._watch_battery()
-        p = self.parameters
-        takeoff = self._takeoff
-        takeoff.update(armed=self._armed, landed=self.on_ground, wanted=self._wants_takeoff(), dt=dt)
+        p, takeoff = self.parameters, self._control.takeoff
+        takeoff.update(armed=self._armed, landed=self.on_ground, wanted=self._wants_takeoff(), dt=TICK_S)
         climb = p.MPC_TKO_SPEED if self._mode is Mode.TAKEOFF else p.MPC_Z_VEL_MAX_UP
         max_up = takeoff.climb_limit(climb)
-        flying = takeoff.phase is TakeoffPhase.FLIGHT
-        limits = PositionLimits(
-            max_up=max_up,
-            max_tilt=math.radians(p.MPC_TILTMAX_AIR if flying else p.MPC_TILTMAX_LND),
-            min_thrust=p.MPC_THR_MIN if flying else 0.0,
-        )
         self._write_setpoint(max_up)
-        e = self._estimator
-        control_position(
-            self._gains,
-            limits,
-            self._control,
-            self._setpoint,
-            e.position,
-            e.velocity,
-            e.attitude,
-            dt,
-            self._attitude_setpoint,
-        )
+        self._control.follow(max_up, armed=self._armed, on_ground=self.on_ground)
         self._watch_ground()
-        self._time_s = until_s
 
     def _write_setpoint(self, max_up: float) -> None:
-        setpoint = self._setpoint
+        phase = self._control.takeoff.phase
         if max_up <= 0.0:
             self._guidance.restart()
-        if self._takeoff.phase < TakeoffPhase.RAMPUP:
-            self._control.integral[:] = 0.0
-            setpoint.position[:] = math.nan
-            setpoint.velocity[:] = math.nan
-            setpoint.acceleration[:] = (0.0, 0.0, _NO_THRUST_M_S2)
-            setpoint.heading[:] = math.nan
+        if phase < TakeoffPhase.RAMPUP:
+            self._control.stay_down()
         elif self._mode is Mode.OFFBOARD:
-            setpoint.position[:] = self._offboard.position
-            setpoint.velocity[:] = self._offboard.velocity
-            setpoint.acceleration[:] = self._offboard.acceleration
-            setpoint.heading[:] = (self._offboard.yaw, self._offboard.yaw_rate)
-            if self._takeoff.phase is TakeoffPhase.RAMPUP:
+            setpoint, offboard = self._control.setpoint, self._offboard
+            setpoint.position[:] = offboard.position
+            setpoint.velocity[:] = offboard.velocity
+            setpoint.acceleration[:] = offboard.acceleration
+            setpoint.heading[:] = (offboard.yaw, offboard.yaw_rate)
+            if phase is TakeoffPhase.RAMPUP and math.isfinite(offboard.velocity[2]):
                 setpoint.acceleration[2] = math.nan
         else:
             self._guidance.update(max(max_up, 0.0))
+
+    def _watch_resets(self) -> None:
+        """Where the estimate jumps, what was sent before jumps along."""
+        resets = int(self._estimator.resets[0])
+        if resets == self._resets:
+            return
+        self._resets = resets
+        position, velocity = self._estimator.jump
+        self._control.jump(velocity)
+        before = self._offboard
+        self._offboard = replace(
+            before, position=before.position + position, velocity=before.velocity + velocity
+        )
 
     def _wants_takeoff(self) -> bool:
         if not self._armed or not self.on_ground:
@@ -318,11 +282,11 @@ class Px4:
         velocity = self._estimator.velocity
         was_on_ground = self.on_ground
         self._land_detector.update(
-            phase=self._takeoff.phase,
+            phase=self._control.takeoff.phase,
             speed=math.sqrt(velocity[0] ** 2 + velocity[1] ** 2 + velocity[2] ** 2),
             climb_rate=-velocity[2],
-            thrust=self._attitude_setpoint.thrust_and_yaw_rate[0],
-            dt=self._dt,
+            thrust=self._control.thrust,
+            dt=TICK_S,
         )
         if not self._armed:
             return
@@ -340,7 +304,7 @@ class Px4:
     def _disarm_when_idle(self) -> None:
         p = self.parameters
         limit_s = p.COM_DISARM_LAND if self._has_flown else p.COM_DISARM_PRFLT
-        if self._takeoff.phase is TakeoffPhase.RAMPUP:
+        if self._control.takeoff.phase is TakeoffPhase.RAMPUP:
             self._idle_since_s = self._time_s
         elif limit_s > 0.0 and self._time_s - self._idle_since_s >= limit_s:
             self._disarm("Disarmed by landing" if self._has_flown else "Disarmed by auto preflight disarming")

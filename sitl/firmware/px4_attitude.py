@@ -2,19 +2,22 @@
 
 Attitude, 250 Hz: quaternion P with the yaw error scaled down, so that tilt comes first (Brescianini, Hehn,
 D'Andrea, "Nonlinear Quadrocopter Attitude Control", ETH Zurich 2013). Rates, 1 kHz: PID with the derivative
-on the low-passed measurement. PX4's modules `mc_att_control` and `mc_rate_control`.
+on the measurement, the gyro and the yaw torque low-passed. PX4's modules `mc_att_control`,
+`mc_rate_control` and `sensors` (vehicle_angular_velocity).
 """
 
 import math
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Bool, Float
 
-from sitl.arrays import Quaternion, Vec3
+from sitl.arrays import Array, Quaternion, Vec3
 from sitl.compiled import compiled
+from sitl.firmware.px4_filters import LowPass2, blend, low_pass_2
 from sitl.firmware.px4_parameters import Px4Parameters
 from sitl.firmware.px4_position import AttitudeSetpoint
+from sitl.plant import STEP_S
 from sitl.quaternion import conjugate, multiply, rotate_back
 
 _I_FADE_RATE = math.radians(400.0)
@@ -32,13 +35,15 @@ class AttitudeGains(NamedTuple):
 
 
 class RateGains(NamedTuple):
-    """PID in normalised torque, limit of the integral, low-pass of the derivative."""
+    """PID in normalised torque, limit of the integral, low passes of gyro, derivative and yaw torque."""
 
     p: Vec3
     i: Vec3
     d: Vec3
     integral_limit: Vec3
+    gyro_filter: LowPass2
     derivative_cutoff_hz: float
+    yaw_torque_cutoff_hz: float
 
 
 class RateState(NamedTuple):
@@ -47,15 +52,19 @@ class RateState(NamedTuple):
     Attributes:
         setpoint: body rates that the attitude controller asks for (rad/s).
         integral: normalised torque.
-        last_rates: rad/s.
-        acceleration: low-passed derivative of the rates (rad/s²).
+        gyro: of the two steps before, newest first (rad/s).
+        rates: the same, low-passed.
+        acceleration: derivative of the low-passed rates, low-passed once more (rad/s²).
+        yaw_torque: normalised, low-passed.
         short_up, short_down: axes on which the last allocation gave less, or more, torque than asked.
     """
 
     setpoint: Vec3
     integral: Vec3
-    last_rates: Vec3
+    gyro: Float[Array, "2 3"]
+    rates: Float[Array, "2 3"]
     acceleration: Vec3
+    yaw_torque: Float[Array, "1"]
     short_up: Flags3
     short_down: Flags3
 
@@ -76,13 +85,30 @@ def rate_gains(p: Px4Parameters) -> RateGains:
         i=np.array((p.MC_ROLLRATE_I, p.MC_PITCHRATE_I, p.MC_YAWRATE_I)),
         d=np.array((p.MC_ROLLRATE_D, p.MC_PITCHRATE_D, p.MC_YAWRATE_D)),
         integral_limit=np.array((p.MC_RR_INT_LIM, p.MC_PR_INT_LIM, p.MC_YR_INT_LIM)),
+        gyro_filter=low_pass_2(p.IMU_GYRO_CUTOFF, STEP_S),
         derivative_cutoff_hz=p.IMU_DGYRO_CUTOFF,
+        yaw_torque_cutoff_hz=p.MC_YAW_TQ_CUTOFF,
     )
 
 
 def rate_state() -> RateState:
     """At rest, nothing integrated."""
-    return RateState(*np.zeros((4, 3)), *np.zeros((2, 3), dtype=np.bool_))
+    return RateState(
+        setpoint=np.zeros(3),
+        integral=np.zeros(3),
+        gyro=np.zeros((2, 3)),
+        rates=np.zeros((2, 3)),
+        acceleration=np.zeros(3),
+        yaw_torque=np.zeros(1),
+        short_up=np.zeros(3, dtype=np.bool_),
+        short_down=np.zeros(3, dtype=np.bool_),
+    )
+
+
+def begin_turning(state: RateState, rates: Vec3) -> None:
+    """Let the filters begin at steady `rates` (rad/s)."""
+    state.gyro[:] = rates
+    state.rates[:] = rates
 
 
 @compiled
@@ -122,16 +148,25 @@ def control_attitude(
 
 
 @compiled
-def control_rates(gains: RateGains, state: RateState, rates: Vec3, hold_integral: bool, dt: float) -> Vec3:
+def filter_gyro(gains: RateGains, state: RateState, gyro: Vec3, dt: float) -> None:
+    """Move the low-passed rates and their low-passed derivative on by a measurement of the gyro."""
+    f, raw, rates = gains.gyro_filter, state.gyro, state.rates
+    fresh = blend(gains.derivative_cutoff_hz, dt)
+    for axis in range(3):
+        rate = f.b0 * gyro[axis] + f.b1 * raw[0, axis] + f.b2 * raw[1, axis]
+        rate -= f.a1 * rates[0, axis] + f.a2 * rates[1, axis]
+        state.acceleration[axis] += fresh * ((rate - rates[0, axis]) / dt - state.acceleration[axis])
+        raw[1, axis], raw[0, axis] = raw[0, axis], gyro[axis]
+        rates[1, axis], rates[0, axis] = rates[0, axis], rate
+
+
+@compiled
+def control_rates(gains: RateGains, state: RateState, gyro: Vec3, hold_integral: bool, dt: float) -> Vec3:
     """Normalised torque; the integral stands still on the ground and where the rotors are at their limit."""
-    tau = 1.0 / (2.0 * math.pi * gains.derivative_cutoff_hz)
-    blend = dt / (tau + dt)
+    filter_gyro(gains, state, gyro, dt)
     torque = np.empty(3)
     for axis in range(3):
-        raw = (rates[axis] - state.last_rates[axis]) / dt
-        state.acceleration[axis] += blend * (raw - state.acceleration[axis])
-        state.last_rates[axis] = rates[axis]
-        error = state.setpoint[axis] - rates[axis]
+        error = state.setpoint[axis] - state.rates[0, axis]
         torque[axis] = gains.p[axis] * error + state.integral[axis] - gains.d[axis] * state.acceleration[axis]
         if hold_integral:
             state.integral[axis] = 0.0
@@ -145,4 +180,6 @@ def control_rates(gains: RateGains, state: RateState, rates: Vec3, hold_integral
         state.integral[axis] = min(
             max(state.integral[axis] + fade * gains.i[axis] * error * dt, -limit), limit
         )
+    state.yaw_torque[0] += blend(gains.yaw_torque_cutoff_hz, dt) * (torque[2] - state.yaw_torque[0])
+    torque[2] = state.yaw_torque[0]
     return torque

@@ -22,7 +22,8 @@ class Px4Parameters(BaseModel):
     MPC_Z_VEL_P_ACC: float = Field(4.0, ge=2.0, le=15.0)
     MPC_Z_VEL_I_ACC: float = Field(2.0, ge=0.2, le=3.0)
     MPC_Z_VEL_D_ACC: float = Field(0.0, ge=0.0, le=2.0)
-    MPC_VELD_LP: float = Field(5.0, gt=0.0, le=50.0)
+    MPC_VEL_LP: float = Field(0.0, ge=0.0, le=50.0)
+    MPC_VELD_LP: float = Field(5.0, ge=0.0, le=50.0)
     MPC_XY_VEL_MAX: float = Field(12.0, ge=0.0, le=20.0)
     MPC_Z_VEL_MAX_UP: float = Field(3.0, ge=0.5, le=8.0)
     MPC_Z_VEL_MAX_DN: float = Field(1.5, ge=0.5, le=4.0)
@@ -32,6 +33,16 @@ class Px4Parameters(BaseModel):
     MPC_THR_MIN: float = Field(0.12, ge=0.01, le=0.5)
     MPC_THR_MAX: float = Field(1.0, ge=0.0, le=1.0)
     MPC_THR_XY_MARG: float = Field(0.3, ge=0.0, le=0.5)
+    MPC_ACC_DECOUPLE: Literal[0, 1] = 1
+
+    # Hover thrust: whether it is estimated in flight, and how
+    MPC_USE_HTE: Literal[0, 1] = 1
+    HTE_HT_NOISE: float = Field(0.0036, ge=0.0001, le=1.0)
+    HTE_HT_ERR_INIT: float = Field(0.1, ge=0.0, le=1.0)
+    HTE_ACC_GATE: float = Field(3.0, ge=1.0, le=10.0)
+    HTE_THR_RANGE: float = Field(0.2, ge=0.01, le=0.4)
+    HTE_VXY_THR: float = Field(10.0, ge=1.0, le=20.0)
+    HTE_VZ_THR: float = Field(2.0, ge=1.0, le=10.0)
 
     # Autonomous flight
     MPC_XY_CRUISE: float = Field(5.0, ge=3.0, le=20.0)
@@ -65,7 +76,9 @@ class Px4Parameters(BaseModel):
     MC_RR_INT_LIM: float = Field(0.3, ge=0.0)
     MC_PR_INT_LIM: float = Field(0.3, ge=0.0)
     MC_YR_INT_LIM: float = Field(0.3, ge=0.0)
-    IMU_DGYRO_CUTOFF: float = Field(30.0, gt=0.0, le=1000.0)
+    MC_YAW_TQ_CUTOFF: float = Field(2.0, ge=0.0, le=10.0)
+    IMU_GYRO_CUTOFF: float = Field(40.0, ge=0.0, le=1000.0)
+    IMU_DGYRO_CUTOFF: float = Field(30.0, ge=0.0, le=1000.0)
 
     # Commander: arming, failsafes, battery
     COM_SPOOLUP_TIME: float = Field(1.0, ge=0.0, le=5.0)

@@ -13,6 +13,7 @@ from jaxtyping import Float
 
 from sitl.arrays import Array, Quaternion, Vec3
 from sitl.compiled import compiled
+from sitl.firmware.px4_filters import blend
 from sitl.firmware.px4_parameters import Px4Parameters
 from sitl.quaternion import from_axes, yaw_of
 from sitl.vehicle import GRAVITY_M_S2
@@ -24,32 +25,38 @@ Vec2 = Float[Array, "2"]
 
 
 class PositionGains(NamedTuple):
-    """Gains and limits in SI units; thrusts as a fraction of the maximum."""
+    """Gains and limits in SI units; thrusts as a fraction of the maximum.
+
+    Attributes:
+        decoupled: the tilt for a horizontal acceleration does not depend on the vertical one.
+    """
 
     position_p: Vec3
     velocity_p: Vec3
     velocity_i: Vec3
     velocity_d: Vec3
+    velocity_cutoff_hz: float
     derivative_cutoff_hz: float
     max_speed: float
     max_down: float
-    hover_thrust: float
     max_thrust: float
     horizontal_margin: float
+    decoupled: bool
 
 
 class PositionLimits(NamedTuple):
-    """Limits that follow the flight phase.
+    """What follows the flight.
 
     Attributes:
         max_up: m/s; negative while a takeoff ramps up from no thrust.
         max_tilt: rad.
-        min_thrust: fraction of the maximum.
+        min_thrust, hover_thrust: fraction of the maximum.
     """
 
     max_up: float
     max_tilt: float
     min_thrust: float
+    hover_thrust: float
 
 
 class PositionState(NamedTuple):
@@ -57,13 +64,15 @@ class PositionState(NamedTuple):
 
     Attributes:
         integral: of the velocity controller (m/s²).
-        last_velocity: of the call before (m/s).
-        acceleration: low-passed derivative of the estimated velocity (m/s²).
+        velocity: as estimated, low-passed (m/s).
+        acceleration: its derivative, low-passed (m/s²).
+        wanted: acceleration setpoint of the last step (m/s²).
     """
 
     integral: Vec3
-    last_velocity: Vec3
+    velocity: Vec3
     acceleration: Vec3
+    wanted: Vec3
 
 
 class PositionSetpoint(NamedTuple):
@@ -94,18 +103,19 @@ def position_gains(p: Px4Parameters) -> PositionGains:
         velocity_p=np.array((p.MPC_XY_VEL_P_ACC, p.MPC_XY_VEL_P_ACC, p.MPC_Z_VEL_P_ACC)),
         velocity_i=np.array((p.MPC_XY_VEL_I_ACC, p.MPC_XY_VEL_I_ACC, p.MPC_Z_VEL_I_ACC)),
         velocity_d=np.array((p.MPC_XY_VEL_D_ACC, p.MPC_XY_VEL_D_ACC, p.MPC_Z_VEL_D_ACC)),
+        velocity_cutoff_hz=p.MPC_VEL_LP,
         derivative_cutoff_hz=p.MPC_VELD_LP,
         max_speed=p.MPC_XY_VEL_MAX,
         max_down=p.MPC_Z_VEL_MAX_DN,
-        hover_thrust=p.MPC_THR_HOVER,
         max_thrust=p.MPC_THR_MAX,
         horizontal_margin=p.MPC_THR_XY_MARG,
+        decoupled=bool(p.MPC_ACC_DECOUPLE),
     )
 
 
 def position_state() -> PositionState:
     """At rest, nothing integrated."""
-    return PositionState(np.zeros(3), np.zeros(3), np.zeros(3))
+    return PositionState(*np.zeros((4, 3)))
 
 
 def position_setpoint() -> PositionSetpoint:
@@ -138,14 +148,13 @@ def is_flyable(setpoint: PositionSetpoint) -> bool:
 
 
 @compiled
-def differentiate_velocity(gains: PositionGains, state: PositionState, velocity: Vec3, dt: float) -> None:
-    """Update the low-passed derivative of the velocity (MPC_VELD_LP)."""
-    tau = 1.0 / (2.0 * math.pi * gains.derivative_cutoff_hz)
-    blend = dt / (tau + dt)
+def filter_velocity(gains: PositionGains, state: PositionState, velocity: Vec3, dt: float) -> None:
+    """Low-pass the estimated velocity (MPC_VEL_LP) and the derivative of that (MPC_VELD_LP)."""
+    fresh, fresh_derivative = blend(gains.velocity_cutoff_hz, dt), blend(gains.derivative_cutoff_hz, dt)
     for axis in range(3):
-        raw = (velocity[axis] - state.last_velocity[axis]) / dt
-        state.acceleration[axis] += blend * (raw - state.acceleration[axis])
-        state.last_velocity[axis] = velocity[axis]
+        change = fresh * (velocity[axis] - state.velocity[axis])
+        state.velocity[axis] += change
+        state.acceleration[axis] += fresh_derivative * (change / dt - state.acceleration[axis])
 
 
 @compiled
@@ -194,9 +203,8 @@ def thrust_vector(gains: PositionGains, limits: PositionLimits, acceleration: Ve
     g = GRAVITY_M_S2
     up = -acceleration[2] + g
     horizontal = math.hypot(acceleration[0], acceleration[1])
-    # The tilt does not depend on the vertical acceleration: PX4's decoupling (MPC_ACC_DECOUPLE).
-    tilt = min(math.atan2(horizontal, g), limits.max_tilt)
-    collective = max(up * gains.hover_thrust / g / math.cos(tilt), limits.min_thrust, _MIN_THRUST)
+    tilt = min(math.atan2(horizontal, g if gains.decoupled else up), limits.max_tilt)
+    collective = max(up * limits.hover_thrust / g / math.cos(tilt), limits.min_thrust, _MIN_THRUST)
     out = np.empty(3)
     scale = collective * math.sin(tilt) / horizontal if horizontal > 0.0 else 0.0
     out[0] = scale * acceleration[0]
@@ -237,7 +245,7 @@ def integrate(
         thrust[2] <= -gains.max_thrust and error[2] <= 0.0
     ):
         error[2] = 0.0
-    produced = thrust * (GRAVITY_M_S2 / gains.hover_thrust)
+    produced = thrust * (GRAVITY_M_S2 / limits.hover_thrust)
     if wanted[0] ** 2 + wanted[1] ** 2 > produced[0] ** 2 + produced[1] ** 2:
         for axis in range(2):
             error[axis] -= 2.0 / gains.velocity_p[0] * (wanted[axis] - produced[axis])
@@ -245,6 +253,21 @@ def integrate(
         if not math.isnan(error[axis]):
             state.integral[axis] += gains.velocity_i[axis] * error[axis] * dt
     state.integral[2] = min(max(state.integral[2], -GRAVITY_M_S2), GRAVITY_M_S2)
+
+
+@compiled
+def forget_unused_integral(state: PositionState, setpoint: PositionSetpoint) -> None:
+    """Drop the horizontal integral while neither position nor velocity is controlled in both axes."""
+    by_position = not (math.isnan(setpoint.position[0]) or math.isnan(setpoint.position[1]))
+    by_velocity = not (math.isnan(setpoint.velocity[0]) or math.isnan(setpoint.velocity[1]))
+    if not (by_position or by_velocity):
+        state.integral[0] = 0.0
+        state.integral[1] = 0.0
+
+
+def change_hover_thrust(state: PositionState, before: float, after: float) -> None:
+    """Let the integral take over what another hover thrust changes: the thrust goes on without a step."""
+    state.integral[2] += (state.wanted[2] - GRAVITY_M_S2) * (before / after - 1.0)
 
 
 @compiled
@@ -278,12 +301,13 @@ def control_position(
     """One step of the position controller: `setpoint` and estimate to `out`.
 
     NaN switches an axis of a channel off. A setpoint that cannot be flown (an axis without any, or north
-    without east) is answered by stopping: zero velocity.
+    without east) is answered by stopping: zero velocity, the present heading.
     """
-    differentiate_velocity(gains, state, velocity, dt)
+    filter_velocity(gains, state, velocity, dt)
+    forget_unused_integral(state, setpoint)
     flyable = is_flyable(setpoint)
     wanted_velocity = velocity_setpoint(gains, limits, setpoint, position) if flyable else np.zeros(3)
-    error = wanted_velocity - velocity
+    error = wanted_velocity - state.velocity
     wanted = gains.velocity_p * error + state.integral - gains.velocity_d * state.acceleration
     for axis in range(3):
         feed_forward = setpoint.acceleration[axis]
@@ -291,6 +315,7 @@ def control_position(
             wanted[axis] = feed_forward
         elif flyable and not math.isnan(feed_forward):
             wanted[axis] += feed_forward
+        state.wanted[axis] = wanted[axis]
     thrust = thrust_vector(gains, limits, wanted)
     unlimited_vertical = thrust[2]
     limit_thrust(gains, thrust)
@@ -298,5 +323,5 @@ def control_position(
     integrate(gains, limits, state, error, wanted, produced, dt)
 
     yaw, yaw_rate = setpoint.heading[0], setpoint.heading[1]
-    point_thrust(thrust, yaw_of(attitude) if math.isnan(yaw) else yaw, out)
-    out.thrust_and_yaw_rate[1] = 0.0 if math.isnan(yaw_rate) else yaw_rate
+    point_thrust(thrust, yaw if flyable and not math.isnan(yaw) else yaw_of(attitude), out)
+    out.thrust_and_yaw_rate[1] = yaw_rate if flyable and not math.isnan(yaw_rate) else 0.0

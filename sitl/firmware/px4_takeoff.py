@@ -1,5 +1,6 @@
 """How PX4 leaves and finds the ground: takeoff phases with a thrust ramp, and the land detector."""
 
+import math
 from enum import IntEnum
 
 from sitl.firmware.px4_parameters import Px4Parameters
@@ -9,6 +10,8 @@ _LANDED_AFTER_S = 1.0
 _LOW_THRUST_SHARE = 0.3
 _STANDSTILL_M_S = 0.5
 _CLIMBING_M_S = 0.3
+_TILT_LIMIT_RAD_S = 0.2
+"""How fast the limit of the tilt widens after a takeoff."""
 
 
 class TakeoffPhase(IntEnum):
@@ -22,10 +25,18 @@ class TakeoffPhase(IntEnum):
 
 
 class Takeoff:
-    """Takeoff phases (PX4's `Takeoff`): spool up, wait for a wish to fly, ramp up the climb rate."""
+    """Takeoff phases (PX4's `Takeoff`): spool up, wait for a wish to fly, ramp up the climb rate.
+
+    Attributes:
+        phase: the present one.
+        max_tilt: rad.
+    """
 
     def __init__(self, parameters: Px4Parameters) -> None:
         self.phase = TakeoffPhase.DISARMED
+        self._max_tilt_landed = math.radians(parameters.MPC_TILTMAX_LND)
+        self._max_tilt_flying = math.radians(parameters.MPC_TILTMAX_AIR)
+        self.max_tilt = self._max_tilt_landed
         self._spoolup_s = parameters.COM_SPOOLUP_TIME
         self._ramp_s = max(parameters.MPC_TKO_RAMP_T, 1e-3)
         self._no_thrust_speed = -GRAVITY_M_S2 / parameters.MPC_Z_VEL_P_ACC
@@ -49,6 +60,14 @@ class Takeoff:
             self.phase = TakeoffPhase.READY
         if self.phase is not before:
             self._elapsed_s = 0.0
+        flying = self.phase is TakeoffPhase.FLIGHT
+        change = (self._max_tilt_flying if flying else self._max_tilt_landed) - self.max_tilt
+        self.max_tilt += min(max(change, -_TILT_LIMIT_RAD_S * dt), _TILT_LIMIT_RAD_S * dt)
+
+    def skip(self) -> None:
+        """Be flying already."""
+        self.phase = TakeoffPhase.FLIGHT
+        self.max_tilt = self._max_tilt_flying
 
     def climb_limit(self, max_up: float) -> float:
         """Upper limit of the climb rate (m/s): from the one that gives no thrust to `max_up`."""

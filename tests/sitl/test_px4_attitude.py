@@ -11,6 +11,7 @@ from sitl.firmware.px4_allocation import allocate, allocation
 from sitl.firmware.px4_attitude import (
     RateState,
     attitude_gains,
+    begin_turning,
     control_attitude,
     control_rates,
     rate_gains,
@@ -66,7 +67,7 @@ def test_yaw_rate_turns_about_the_world_s_down_axis() -> None:
 
 
 def test_rate_controller_is_a_pid_with_derivative_on_the_measurement() -> None:
-    gains = rate_gains(Px4Parameters())
+    gains = rate_gains(Px4Parameters(IMU_GYRO_CUTOFF=0.0))
     state = rate_state()
     state.setpoint[:] = (1.0, 0.0, 0.0)
     torque = control_rates(gains, state, np.zeros(3), False, 1e-3)
@@ -78,6 +79,40 @@ def test_rate_controller_is_a_pid_with_derivative_on_the_measurement() -> None:
     before = torque[0]
     torque = control_rates(gains, state, np.array((0.01, 0.0, 0.0)), False, 1e-3)
     assert torque[0] < before - 0.15 * 0.01
+
+
+def test_gyro_is_low_passed_for_the_controller() -> None:
+    gains = rate_gains(Px4Parameters())
+    state = rate_state()
+    turning = np.array((1.0, -2.0, 0.5))
+    control_rates(gains, state, turning, False, 1e-3)
+    assert np.all(np.abs(state.rates[0]) < 0.05 * np.abs(turning))
+    for _ in range(100):
+        control_rates(gains, state, turning, False, 1e-3)
+    assert state.rates[0] == pytest.approx(turning, rel=1e-6)
+    assert state.acceleration == pytest.approx((0.0, 0.0, 0.0), abs=1e-3)
+
+
+def test_filters_that_begin_turning_see_no_acceleration() -> None:
+    state = rate_state()
+    turning = np.array((1.0, -2.0, 0.5))
+    begin_turning(state, turning)
+    control_rates(rate_gains(Px4Parameters()), state, turning, False, 1e-3)
+    assert state.rates[0] == pytest.approx(turning)
+    assert state.acceleration == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
+
+
+def test_only_the_yaw_torque_is_low_passed() -> None:
+    gains = rate_gains(Px4Parameters(MC_YAWRATE_I=0.0))
+    state = rate_state()
+    state.setpoint[:] = (1.0, 1.0, 1.0)
+    torque = control_rates(gains, state, np.zeros(3), False, 1e-3)
+    assert torque[:2] == pytest.approx((0.15, 0.15))
+    assert torque[2] < 0.02 * 0.2
+    time_constant_s = 1.0 / (2.0 * math.pi * 2.0)
+    for _ in range(round(time_constant_s * 1000) - 1):
+        torque = control_rates(gains, state, np.zeros(3), False, 1e-3)
+    assert torque[2] == pytest.approx(0.2 * (1.0 - math.exp(-1.0)), rel=0.01)
 
 
 def test_rate_integral_stops_at_its_limit_at_saturation_and_on_the_ground() -> None:

@@ -1,4 +1,5 @@
 import math
+from itertools import product
 
 import numpy as np
 import pytest
@@ -7,10 +8,12 @@ from sitl.arrays import Vec3
 from sitl.firmware.px4_parameters import Px4Parameters
 from sitl.firmware.px4_position import (
     AttitudeSetpoint,
+    PositionGains,
     PositionLimits,
     PositionSetpoint,
     PositionState,
     attitude_setpoint,
+    change_hover_thrust,
     control_position,
     limit_thrust,
     position_gains,
@@ -24,9 +27,10 @@ from sitl.vehicle import GRAVITY_M_S2
 
 PARAMETERS = Px4Parameters()
 GAINS = position_gains(PARAMETERS)
-LIMITS = PositionLimits(max_up=3.0, max_tilt=math.radians(45.0), min_thrust=0.12)
 HOVER = PARAMETERS.MPC_THR_HOVER
+LIMITS = PositionLimits(max_up=3.0, max_tilt=math.radians(45.0), min_thrust=0.12, hover_thrust=HOVER)
 ORIGIN = np.zeros(3)
+LEVEL = np.array((1.0, 0.0, 0.0, 0.0))
 DT = 0.01
 
 
@@ -45,13 +49,14 @@ def control(
     yaw: float = 0.0,
     state: PositionState | None = None,
     limits: PositionLimits = LIMITS,
+    gains: PositionGains = GAINS,
     steps: int = 1,
 ) -> AttitudeSetpoint:
     out = attitude_setpoint()
     state = position_state() if state is None else state
-    state.last_velocity[:] = velocity
+    state.velocity[:] = velocity
     for _ in range(steps):
-        control_position(GAINS, limits, state, wanted, position, velocity, from_yaw(yaw), DT, out)
+        control_position(gains, limits, state, wanted, position, velocity, from_yaw(yaw), DT, out)
     return out
 
 
@@ -97,25 +102,62 @@ def test_acceleration_alone_ignores_position_and_velocity() -> None:
     assert acceleration(out) == pytest.approx((1.0, -2.0, 0.5))
 
 
-def test_axes_may_use_different_channels() -> None:
-    wanted = setpoint(
-        velocity=(1.0, 0.0, math.nan), position=(math.nan, math.nan, -0.5), acceleration=(math.nan,) * 3
-    )
-    assert acceleration(control(wanted)) == pytest.approx((1.8, 0.0, -2.0))
+CHANNELS = ("position", "velocity", "acceleration")
+SUBSETS = list(product((False, True), repeat=3))
+PAIRS = list(product(SUBSETS, SUBSETS))
+WANTED = {"position": (0.4, -0.3, 0.2), "velocity": (0.2, 0.1, -0.3), "acceleration": (0.3, 0.2, -0.5)}
+POSITION, VELOCITY = np.array((0.1, 0.1, 0.1)), np.array((-0.2, 0.3, 0.1))
 
 
-@pytest.mark.parametrize(
-    "wanted",
-    [
-        position_setpoint(),
-        setpoint(position=(1.0, 1.0, math.nan)),
-        setpoint(position=(1.0, math.nan, 1.0), velocity=(math.nan, 0.0, 0.0)),
-    ],
-    ids=["nothing", "no vertical setpoint", "north without east"],
-)
-def test_what_cannot_be_flown_is_answered_by_stopping(wanted: PositionSetpoint) -> None:
-    out = control(wanted, velocity=np.array((1.0, 0.0, 0.5)))
-    assert acceleration(out) == pytest.approx((-1.8, 0.0, -2.0))
+def masked(masks: tuple[tuple[bool, ...], ...]) -> PositionSetpoint:
+    """What `WANTED` leaves of each axis; a mask says which of the three channels are given."""
+    channels = {
+        channel: tuple(
+            value if mask[i] else math.nan for value, mask in zip(WANTED[channel], masks, strict=True)
+        )
+        for i, channel in enumerate(CHANNELS)
+    }
+    return setpoint(**channels)
+
+
+def axis_acceleration(axis: int, mask: tuple[bool, ...]) -> float:
+    """What a PX4 with default gains asks of an axis that has the channels of `mask`, and at least one."""
+    position_p, velocity_p = (0.95, 1.8) if axis < 2 else (1.0, 4.0)
+    wanted = 0.0
+    if mask[0] or mask[1]:
+        speed = position_p * (WANTED["position"][axis] - POSITION[axis]) if mask[0] else 0.0
+        speed += WANTED["velocity"][axis] if mask[1] else 0.0
+        wanted += velocity_p * (speed - VELOCITY[axis])
+    return wanted + (WANTED["acceleration"][axis] if mask[2] else 0.0)
+
+
+STOPPING = -VELOCITY * (1.8, 1.8, 4.0)
+
+
+@pytest.mark.parametrize(("horizontal", "vertical"), PAIRS)
+def test_any_channels_of_the_horizontal_axes_go_with_any_of_the_vertical_one(
+    horizontal: tuple[bool, ...], vertical: tuple[bool, ...]
+) -> None:
+    masks = (horizontal, horizontal, vertical)
+    out = control(masked(masks), position=POSITION, velocity=VELOCITY)
+    expected = STOPPING
+    if any(horizontal) and any(vertical):
+        expected = np.array([axis_acceleration(axis, mask) for axis, mask in enumerate(masks)])
+    assert acceleration(out) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(("north", "east"), [pair for pair in PAIRS if pair[0] != pair[1]])
+def test_north_and_east_that_differ_are_answered_by_stopping(
+    north: tuple[bool, ...], east: tuple[bool, ...]
+) -> None:
+    out = control(masked((north, east, (True, True, True))), position=POSITION, velocity=VELOCITY)
+    assert acceleration(out) == pytest.approx(STOPPING)
+
+
+def test_stopping_keeps_the_present_heading() -> None:
+    out = control(setpoint(velocity=(1.0, math.nan, 0.0), heading=(2.0, 0.5)), yaw=-1.0)
+    assert yaw_of(out.attitude) == pytest.approx(-1.0)
+    assert out.thrust_and_yaw_rate[1] == 0.0
 
 
 def test_velocity_setpoint_is_limited() -> None:
@@ -153,6 +195,14 @@ def test_tilt_is_limited() -> None:
     assert acceleration(out)[2] == pytest.approx(0.0)
 
 
+@pytest.mark.parametrize(("down", "level_g"), [(0.0, 1.0), (-4.0, 1.4079), (4.0, 0.5921)])
+def test_tilt_takes_the_vertical_acceleration_into_account_when_coupled(down: float, level_g: float) -> None:
+    gains = position_gains(Px4Parameters(MPC_ACC_DECOUPLE=0))
+    out = control(setpoint(acceleration=(2.0, 0.0, down)), gains=gains)
+    z = to_world(out.attitude, np.array((0.0, 0.0, 1.0)))
+    assert -z[0] / z[2] == pytest.approx(2.0 / (level_g * GRAVITY_M_S2), rel=1e-3)
+
+
 def test_thrust_never_falls_below_its_minimum() -> None:
     out = control(setpoint(acceleration=(0.0, 0.0, 50.0)))
     assert out.thrust_and_yaw_rate[0] == pytest.approx(LIMITS.min_thrust)
@@ -173,6 +223,25 @@ def test_integral_removes_a_steady_error_and_stops_at_its_limit() -> None:
     assert state.integral == pytest.approx((0.04, 0.0, 0.0))
     control(setpoint(velocity=(0.0, 0.0, -0.3)), state=state, steps=10_000)
     assert state.integral[2] >= -GRAVITY_M_S2
+
+
+def test_horizontal_integral_is_forgotten_while_only_acceleration_is_given() -> None:
+    state = position_state()
+    state.integral[:] = (1.0, -1.0, 0.5)
+    wanted = setpoint(acceleration=(0.0, 0.0, math.nan), velocity=(math.nan, math.nan, 0.0))
+    out = control(wanted, state=state)
+    assert acceleration(out) == pytest.approx((0.0, 0.0, 0.5))
+    assert state.integral == pytest.approx((0.0, 0.0, 0.5))
+
+
+def test_another_hover_thrust_leaves_the_thrust_as_it_is() -> None:
+    state = position_state()
+    wanted = setpoint(velocity=(0.0, 0.0, -0.5))
+    before = control(wanted, state=state, steps=50).thrust_and_yaw_rate[0]
+    change_hover_thrust(state, HOVER, 0.4)
+    after = control(wanted, state=state, limits=LIMITS._replace(hover_thrust=0.4)).thrust_and_yaw_rate[0]
+    integrated = PARAMETERS.MPC_Z_VEL_I_ACC * 0.5 * DT * 0.4 / GRAVITY_M_S2
+    assert after == pytest.approx(before + integrated, abs=1e-9)
 
 
 def test_horizontal_integral_does_not_wind_up_while_the_tilt_is_limited() -> None:
@@ -213,3 +282,14 @@ def test_velocity_derivative_damps_and_is_low_passed() -> None:
         if step == 1:
             assert 0.0 < state.acceleration[0] < 0.5 * 0.5
     assert state.acceleration == pytest.approx((0.5, 0.0, 0.0))
+    assert state.velocity == pytest.approx(velocity)
+
+
+def test_velocity_is_low_passed_when_asked() -> None:
+    gains = position_gains(Px4Parameters(MPC_VEL_LP=1.0))
+    state = position_state()
+    velocity = np.array((1.0, 0.0, 0.0))
+    wanted = setpoint(velocity=(0.0, 0.0, 0.0))
+    for _ in range(round(1.0 / (2.0 * math.pi) / DT)):
+        control_position(gains, LIMITS, state, wanted, ORIGIN, velocity, LEVEL, DT, attitude_setpoint())
+    assert state.velocity[0] == pytest.approx(1.0 - math.exp(-1.0), abs=0.02)
