@@ -7,7 +7,6 @@ from socket import AF_INET
 from typing import cast
 
 from sitl.errors import ServeError
-from sitl.firmware.interface import Mode
 from sitl.mavlink.links import GROUND_STATION, OFFBOARD, TELEMETRY, Link
 from sitl.mavlink.vehicle import Delivery, MavlinkVehicle
 from sitl.plant import TICK_S
@@ -162,9 +161,8 @@ class _Journal:
         self._say = say
         self._last = self._now()
 
-    def _now(self) -> tuple[Mode, bool]:
-        firmware = self._vehicle.simulation.firmware
-        return firmware.mode, firmware.armed
+    def _now(self) -> tuple[str, bool]:
+        return self._vehicle.mode_name, self._vehicle.simulation.firmware.armed
 
     def write(self) -> None:
         time = f"{self._vehicle.simulation.time_s:8.2f} s  "
@@ -174,7 +172,7 @@ class _Journal:
             self._say(f"{time}{text.severity.name.lower()}: {text.text}")
         mode, armed = self._now()
         if (mode, armed) != self._last:
-            self._say(f"{time}mode {mode.name}, {'armed' if armed else 'disarmed'}")
+            self._say(f"{time}mode {mode}, {'armed' if armed else 'disarmed'}")
             self._last = mode, armed
 
 

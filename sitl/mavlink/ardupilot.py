@@ -32,8 +32,8 @@ _RESULTS = {
 
 _CUSTOM_MODES = {
     Mode.STABILIZE: 0,
-    Mode.OFFBOARD: 4,  # GUIDED
-    Mode.HOLD: 5,  # LOITER
+    Mode.OFFBOARD: 4,
+    Mode.HOLD: 5,
     Mode.RTL: 6,
     Mode.LAND: 9,
     Mode.BRAKE: 17,
@@ -127,6 +127,7 @@ ARDUPILOT = Flavour(
     version=_VERSION,
     capabilities=_CAPABILITIES,
     links=(TELEMETRY,),
+    mode_names={Mode.OFFBOARD: "GUIDED", Mode.HOLD: "LOITER"},
     custom_modes=_CUSTOM_MODES,
     modes={number: mode for mode, number in _CUSTOM_MODES.items()},
     base_mode=_base_mode,

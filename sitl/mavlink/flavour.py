@@ -27,6 +27,7 @@ class Flavour:
         version: AUTOPILOT_VERSION.flight_sw_version of the release that it behaves as.
         capabilities: MAV_PROTOCOL_CAPABILITY flags.
         links: those of its own simulator.
+        mode_names: the autopilot's own names of flight modes, where they differ.
         custom_modes: HEARTBEAT.custom_mode of each flight mode.
         modes: the flight modes that a peer may ask for, by custom_mode.
         base_mode: HEARTBEAT.base_mode of a flight mode, armed or not.
@@ -42,6 +43,7 @@ class Flavour:
     version: int
     capabilities: int
     links: tuple[Link, ...]
+    mode_names: Mapping[Mode, str]
     custom_modes: Mapping[Mode, int]
     modes: Mapping[int, Mode]
     base_mode: Callable[[Mode, bool], int]

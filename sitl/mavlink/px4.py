@@ -123,6 +123,7 @@ PX4 = Flavour(
     version=_VERSION,
     capabilities=_CAPABILITIES,
     links=(OFFBOARD, GROUND_STATION),
+    mode_names={},
     custom_modes=_CUSTOM_MODES,
     modes={number: mode for mode, number in _CUSTOM_MODES.items()},
     base_mode=_base_mode,

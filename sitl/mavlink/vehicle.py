@@ -68,6 +68,12 @@ class MavlinkVehicle:
         """The links that there are."""
         return tuple(self._sessions)
 
+    @property
+    def mode_name(self) -> str:
+        """The flight mode, by its autopilot's own name."""
+        mode = self.simulation.firmware.mode
+        return self._flavour.mode_names.get(mode, mode.name)
+
     def _open(self, link: Link) -> Session:
         return Session(
             system_id=self.system_id,

@@ -31,17 +31,20 @@ def heartbeat(**state: Any) -> Any:
 
 
 @pytest.mark.parametrize(
-    ("mode", "number"),
+    ("mode", "number", "name"),
     [
-        (Mode.STABILIZE, 0),
-        (Mode.OFFBOARD, 4),
-        (Mode.HOLD, 5),
-        (Mode.RTL, 6),
-        (Mode.LAND, 9),
-        (Mode.BRAKE, 17),
+        (Mode.STABILIZE, 0, "STABILIZE"),
+        (Mode.OFFBOARD, 4, "GUIDED"),
+        (Mode.HOLD, 5, "LOITER"),
+        (Mode.RTL, 6, "RTL"),
+        (Mode.LAND, 9, "LAND"),
+        (Mode.BRAKE, 17, "BRAKE"),
     ],
 )
-def test_modes_have_copters_numbers_in_both_directions(mode: Mode, number: int) -> None:
+def test_modes_have_copters_numbers_and_names(mode: Mode, number: int, name: str) -> None:
+    vehicle, firmware = fake_vehicle(vehicle=ARDUCOPTER)
+    firmware.mode = mode
+    assert vehicle.mode_name == name
     beat = heartbeat(mode=mode)
     assert (beat.autopilot, beat.custom_mode) == (mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, number)
     result, firmware = commanded(command_long(mavlink.MAV_CMD_DO_SET_MODE, 1.0, number))

@@ -13,7 +13,7 @@ from pymavlink.dialects.v20 import common as mavlink
 from sitl.errors import ServeError
 from sitl.firmware.interface import Mode, Severity, StatusText
 from sitl.mavlink import GROUND_STATION, OFFBOARD, Delivery, MavlinkVehicle, open_vehicle
-from sitl.server import Endpoint, Pace, px4_endpoints, serve
+from sitl.server import Endpoint, Pace, ardupilot_endpoints, px4_endpoints, serve
 
 SPEED = 20.0
 PATIENCE_S = 30.0
@@ -186,3 +186,9 @@ def test_a_machine_that_is_too_slow_says_so_and_does_not_hurry_after() -> None:
     assert [line[: -len(".0 times real time")] for line in lines] == [
         "this machine cannot keep up: runs at 2"
     ] * 2
+
+
+def test_ardupilots_link_goes_where_its_own_simulator_sends() -> None:
+    (endpoint,) = ardupilot_endpoints(3)
+    assert (endpoint.port, endpoint.peer) == (0, ("127.0.0.1", 14570))
+    assert ardupilot_endpoints(peer_host="192.168.1.5")[0].host == "0.0.0.0"
