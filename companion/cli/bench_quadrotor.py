@@ -69,7 +69,8 @@ def quadrotor(
 ) -> None:
     """Repeat the paper's flights: one vehicle's inverse network and the online correction on another vehicle.
 
-    Errors are against the truth of the simulation. A flight that fails is a row with its reason.
+    Errors are against the truth of the simulation, in the conditions px4 against the estimate. A flight
+    that fails is a row with its reason.
 
     Example: companion bench quadrotor --json quadrotor.json
 

@@ -24,6 +24,7 @@ from companion.link.simulated import SimulatedTransport
 from companion.recording.metrics import TrackingAccuracy, tracking_accuracy
 from companion.recording.series import Provenance
 from companion.trajectory.trajectory import Trajectory
+from sitl.conditions import load_conditions
 from sitl.errors import ConfigError
 from sitl.mavlink import open_vehicle
 from sitl.plant import TICK_S
@@ -84,9 +85,9 @@ class Flown:
 
     Attributes:
         scenario: what it was to be.
-        accuracy: against the truth.
+        accuracy: against the truth, or against the estimate where the conditions say so.
         estimated_accuracy: against the vehicle's own estimate.
-        flight: desired and true positions, for pictures.
+        flight: desired positions and those measured, for pictures.
         clips: how often the guard changed what.
     """
 
@@ -136,7 +137,9 @@ async def _simulate(scenario: Scenario) -> tuple[FlightOutcome, Times, Vec3s]:
 
 
 def evaluate(scenario: Scenario) -> Result:
-    """Fly one scenario and measure how far the vehicle truly was from its trajectory.
+    """Fly one scenario and measure how far the vehicle was from its trajectory: truly, or as it believes.
+
+    Which, the conditions say (`errors_against`).
 
     Raises:
         InputError: vehicle, conditions or strategy cannot be used.
@@ -145,6 +148,9 @@ def evaluate(scenario: Scenario) -> Result:
         outcome, time_s, position = simulate(scenario)
     except FlightError as error:
         return Failed(scenario, str(error))
+    if load_conditions(scenario.conditions).errors_against == "estimate":
+        states = outcome.recording.states
+        time_s, position = states.time_s, states.position
     trajectory, start_s = outcome.trajectory, outcome.start_s
     end_s = start_s + trajectory.duration_s
 

@@ -22,13 +22,15 @@ def limits_within(vehicles: Sequence[str], speed_m_s: float | None) -> Limits:
         InputError: a vehicle is missing or wrong, or the speed is not positive.
     """
     try:
-        parameters = [load_vehicle(vehicle).px4_parameters for vehicle in vehicles]
+        climbs, descents = zip(
+            *(load_vehicle(vehicle).fastest_climb_and_descent_m_s for vehicle in vehicles), strict=True
+        )
     except ConfigError as error:
         raise InputError(str(error)) from error
     return Limits(
         speed_m_s=speed_m_s,
-        up_m_s=VERTICAL_SHARE * min(each.MPC_Z_VEL_MAX_UP for each in parameters),
-        down_m_s=VERTICAL_SHARE * min(each.MPC_Z_VEL_MAX_DN for each in parameters),
+        up_m_s=VERTICAL_SHARE * min(climbs),
+        down_m_s=VERTICAL_SHARE * min(descents),
     )
 
 

@@ -56,6 +56,12 @@ def test_in_realistic_conditions_the_truth_is_not_the_estimate() -> None:
     assert abs(result.accuracy.rms_m - result.estimated_accuracy.rms_m) > 1e-5
 
 
+def test_conditions_may_have_errors_measured_against_the_estimate() -> None:
+    result = flown(Scenario(SHORT, Strategy.BASELINE, conditions="px4"))
+    assert result.accuracy == result.estimated_accuracy
+    assert result.flight.rms_m == result.estimated_accuracy.rms_m
+
+
 def test_a_flight_that_fails_tells_why_and_the_others_go_on() -> None:
     scenarios = [
         Scenario(too_fast(), Strategy.BASELINE),
