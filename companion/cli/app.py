@@ -16,10 +16,12 @@ COMMANDS = {
     "sitl": "Serve a simulated quadrotor over MAVLink.",
     "collect": "Fly the training trajectory, and write the data set.",
     "train": "Train an inverse network on a data set.",
+    "identify": "Fit a simulated vehicle to a flight log of the real one.",
 }
 BENCHMARKS = {
     "linear": "The paper's simulation: one linear system's inverse network steers another.",
     "quadrotor": "The paper's flights: one quadrotor's inverse network steers another.",
+    "fidelity": "Recordings of real vehicles against their simulated twins.",
 }
 
 app = typer.Typer(
@@ -33,7 +35,7 @@ app = typer.Typer(
 )
 bench = typer.Typer(
     name="bench",
-    help="Benchmarks: the paper's experiments, reproduced.",
+    help="Benchmarks: the paper's experiments, and simulated vehicles against real ones.",
     cls=lazy_group("companion.cli.bench_", BENCHMARKS),
     no_args_is_help=True,
 )

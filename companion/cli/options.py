@@ -50,6 +50,12 @@ SystemId: TypeAlias = Annotated[
     int | None,
     typer.Option(min=1, max=255, help="MAVLink id of the vehicle; without it, the first that is heard."),
 ]
+SystemIdInLog: TypeAlias = Annotated[
+    int | None,
+    typer.Option(
+        "--system-id", min=1, max=255, help="MAVLink id of the vehicle, in a telemetry log of several."
+    ),
+]
 Json: TypeAlias = Annotated[Path | None, typer.Option(dir_okay=False, help="Write the result to this file.")]
 Size: TypeAlias = Annotated[float, typer.Option(help="Longest side of a drawing (m).")]
 Speed: TypeAlias = Annotated[float | None, typer.Option(help="Peak speed (m/s); 1.2 for drawings.")]

@@ -40,18 +40,18 @@ def plot_paths(flights: Sequence[Flight], path: Path) -> None:
     horizontal, vertical = plane_of(flights[0].desired)
     columns = min(3, len(flights))
     rows = -(-len(flights) // columns)
-    width, height = np.ptp(_north_east_up(flights[0].desired)[:, [horizontal, vertical]], axis=0)
+    width, height = np.ptp(north_east_up(flights[0].desired)[:, [horizontal, vertical]], axis=0)
     panel_height = 0.6 + 3.2 * float(np.clip(height / max(width, 1e-6), 0.4, 1.6))
     figure = Figure(figsize=(3.4 * columns, panel_height * rows), layout="constrained")
     panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
     for panel, flight in zip(panels, flights, strict=False):
-        desired, flown = _north_east_up(flight.desired), _north_east_up(flight.flown)
+        desired, flown = north_east_up(flight.desired), north_east_up(flight.flown)
         panel.plot(desired[:, horizontal], desired[:, vertical], **DESIRED)
         panel.plot(flown[:, horizontal], flown[:, vertical], color=colour_of(flight.strategy), linewidth=1.4)
         panel.plot(*flown[0, [horizontal, vertical]], "o", color=colour_of(flight.strategy), markersize=5)
         panel.set_title(f"{flight.strategy}: {flight.rms_m:.3f} m", fontsize=11)
         panel.set_aspect("equal")
-        _clean(panel)
+        clean(panel)
     for panel in panels[len(flights) :]:
         panel.remove()
     figure.supxlabel(f"{AXES[horizontal]} (m)", fontsize=10)
@@ -63,20 +63,20 @@ def plot_over_time(flights: Sequence[Flight], path: Path) -> None:
     """Draw each axis, desired against flown, and the error, over the time of one trajectory."""
     figure = Figure(figsize=(10.2, 9.0), layout="constrained")
     panels = figure.subplots(4, 1, sharex=True)
-    desired = _north_east_up(flights[0].desired)
+    desired = north_east_up(flights[0].desired)
     for axis, panel in enumerate(panels[:3]):
         panel.plot(_since_start(flights[0].time_s), desired[:, axis], **DESIRED)
         panel.set_ylabel(f"{AXES[axis]} (m)")
     panels[3].set_ylabel("error (m)")
     panels[3].set_xlabel("time (s)")
     for flight in flights:
-        time_s, flown = _since_start(flight.time_s), _north_east_up(flight.flown)
+        time_s, flown = _since_start(flight.time_s), north_east_up(flight.flown)
         style = {"color": colour_of(flight.strategy), "linewidth": 1.3, "label": flight.strategy}
         for axis, panel in enumerate(panels[:3]):
             panel.plot(time_s, flown[:, axis], **style)
         panels[3].plot(time_s, np.linalg.norm(flight.flown - flight.desired, axis=1), **style)
     for panel in panels:
-        _clean(panel)
+        clean(panel)
     panels[3].set_ylim(bottom=0.0)
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=7, frameon=False)
     figure.savefig(path, dpi=DPI)
@@ -97,7 +97,7 @@ def plot_rms(rms_m: RmsErrors, path: Path) -> None:
     panel.set_xticks(places, trajectories)
     panel.tick_params(axis="x", length=0)
     panel.set_ylabel("RMS error (m)")
-    _clean(panel)
+    clean(panel)
     panel.grid(visible=False, axis="x")
     figure.legend(loc="outside upper center", ncols=6, frameon=False)
     figure.savefig(path, dpi=DPI)
@@ -112,9 +112,10 @@ def plane_of(desired: Vec3s) -> tuple[int, int]:
     return {0: (1, 2), 1: (0, 2), 2: (1, 0)}[narrowest]
 
 
-def _north_east_up(position: Vec3s) -> Vec3s:
-    north_east_up: Vec3s = position * np.array([1.0, 1.0, -1.0])
-    return north_east_up
+def north_east_up(position: Vec3s) -> Vec3s:
+    """Positions as they are drawn, from NED (m)."""
+    drawn: Vec3s = position * np.array([1.0, 1.0, -1.0])
+    return drawn
 
 
 def _since_start(time_s: Times) -> Times:
@@ -122,7 +123,8 @@ def _since_start(time_s: Times) -> Times:
     return elapsed
 
 
-def _clean(panel: Axes) -> None:
+def clean(panel: Axes) -> None:
+    """Give a panel the look of all."""
     panel.grid(visible=True, color="#E4E4E4", linewidth=0.8)
     panel.set_axisbelow(True)
     panel.spines[["top", "right"]].set_visible(False)

@@ -12,11 +12,12 @@ from companion.errors import InputError
 from companion.recording.segments import Window
 from companion.recording.series import Recording, ReferenceSeries, StateSeries, rows
 from sitl.conditions import Conditions
+from sitl.errors import ConfigError
 from sitl.estimator_errors import EstimatorErrors
 from sitl.firmware.interface import Estimate, Setpoint
 from sitl.plant import TICK_S
 from sitl.simulation import Simulation
-from sitl.vehicle import Vehicle
+from sitl.vehicle import Vehicle, load_vehicle
 
 _ORIGIN = np.array((0.0, 0.0, -100.0))
 """Where the twin begins, wherever the recording did: far from the simulated ground."""
@@ -68,6 +69,18 @@ def fly_twin(
         simulation.advance((tick + 1) * TICK_S)
     flown = state_series(estimates, window.start_s)
     return replace(flown, position=flown.position - shift)
+
+
+def twin_vehicle(name_or_path: str) -> Vehicle:
+    """A vehicle by its name in `config/vehicles`, or from a YAML file.
+
+    Raises:
+        InputError: there is none, or its file is wrong.
+    """
+    try:
+        return load_vehicle(name_or_path)
+    except ConfigError as error:
+        raise InputError(str(error)) from error
 
 
 def motion_at(states: StateSeries, time_s: float) -> Float[Array, "13"]:
