@@ -101,10 +101,12 @@ def _rows(*levels: Level | Float[Array, "..."]) -> _Errors:
 
 
 def reset(estimate: Estimator, rng: np.random.Generator) -> None:
-    """Let the wander of position and velocity start anew; where that leads shows in the next estimate."""
+    """Let the wander of position and velocity start anew; the estimate jumps at once."""
     fresh = estimate.wander_level[:2] * rng.standard_normal((2, 3))
     estimate.jump[:] = fresh - estimate.wander[:2]
     estimate.wander[:2] = fresh
+    estimate.position[:] += estimate.jump[0]
+    estimate.velocity[:] += estimate.jump[1]
     estimate.resets[0] += 1
 
 
