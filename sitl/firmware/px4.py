@@ -221,9 +221,9 @@ class Px4:
         self._update()
         self._control.fly_tick(plant, first_step, noise, armed=self._armed, on_ground=self.on_ground)
         self._time_s = (first_step + STEPS_PER_TICK) / STEPS_PER_S
-        self._watch_resets()
 
     def _update(self) -> None:
+        self._watch_resets()
         if self._armed:
             self._watch_offboard()
             self._watch_battery()
