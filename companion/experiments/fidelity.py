@@ -85,7 +85,10 @@ class TwinFlight:
 
 @dataclass(frozen=True, eq=False)
 class SegmentFidelity:
-    """What one segment shows: the twin's flight, and predictions by how far they look ahead (s)."""
+    """What one segment shows: the twin's flight, and predictions by how far they look ahead (s).
+
+    There are none where no position was sent.
+    """
 
     flight: TwinFlight
     predictions: Mapping[float, Prediction]
@@ -170,6 +173,8 @@ def segments_of(recording: Recording) -> tuple[Segment, ...]:
 def _followed(recording: Recording) -> Times:
     """When setpoints were sent that the vehicle followed (s)."""
     states, sent, tracking = recording.states, recording.references, recording.tracking
+    if not len(states.time_s):
+        return states.time_s
     sent = rows(sent, np.flatnonzero((sent.time_s > states.time_s[0]) & (sent.time_s < states.time_s[-1])))
     if tracking is not None and len(tracking.time_s):
         first_s, last_s = tracking.time_s[[0, -1]]
@@ -205,10 +210,9 @@ def fly_segment(vehicle: Vehicle, recording: Recording, segment: Segment) -> Twi
 
 def evaluate(vehicle: Vehicle, recording: Recording, segment: Segment) -> SegmentFidelity:
     """One segment: the twin's flight, and the online learner's predictions without any simulator."""
-    return SegmentFidelity(
-        fly_segment(vehicle, recording, segment),
-        prediction_errors(recording, segment),
-    )
+    flight = fly_segment(vehicle, recording, segment)
+    positions_sent = flight.tracking_rms_m is not None
+    return SegmentFidelity(flight, prediction_errors(recording, segment) if positions_sent else {})
 
 
 def evaluate_all(vehicle: Vehicle, recording: Recording) -> Iterator[SegmentFidelity]:

@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from companion.experiments.fidelity import PooledFidelity, SegmentFidelity, TwinFlight, pooled, rms_axes
-from companion.experiments.prediction import Prediction
+from companion.experiments.prediction import HORIZONS_S, Prediction
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +98,7 @@ def prediction_table(fidelity: RecordingFidelity) -> Table:
         caption="by the online model, by constant velocity, and at the setpoint of the time",
     )
     table.add_column("segment", no_wrap=True)
-    for horizon_s in fidelity.segments[0].predictions:
+    for horizon_s in HORIZONS_S:
         for head in ("GP", "velocity", "setpoint"):
             table.add_column(f"{head}\n{horizon_s:g} s", justify="right")
     for segment in fidelity.segments:
@@ -106,11 +106,11 @@ def prediction_table(fidelity: RecordingFidelity) -> Table:
     return table
 
 
-def _figures(predictions: Mapping[float, Prediction]) -> list[float]:
+def _figures(predictions: Mapping[float, Prediction]) -> list[float | None]:
     return [
-        figure
-        for each in predictions.values()
-        for figure in (each.gp_rms_m, each.constant_velocity_rms_m, each.setpoint_rms_m)
+        getattr(predictions.get(horizon_s), name, None)
+        for horizon_s in HORIZONS_S
+        for name in ("gp_rms_m", "constant_velocity_rms_m", "setpoint_rms_m")
     ]
 
 

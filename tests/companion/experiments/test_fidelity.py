@@ -11,7 +11,14 @@ from simulated_recording import BOOT_S, fly
 
 from companion.arrays import Vec3s
 from companion.errors import InputError
-from companion.experiments.fidelity import TwinFlight, evaluate_all, fly_segment, pooled, segments_of
+from companion.experiments.fidelity import (
+    SegmentFidelity,
+    TwinFlight,
+    evaluate_all,
+    fly_segment,
+    pooled,
+    segments_of,
+)
 from companion.experiments.fidelity_report import write_fidelity_report
 from companion.experiments.fidelity_tables import (
     RecordingFidelity,
@@ -111,6 +118,9 @@ def test_velocities_alone_have_no_tracking_error(recording: Recording) -> None:
     assert one.ratio is None
     assert one.twin_rms_m >= 0.0
     assert pooled([one]) is None
+    told = RecordingFidelity("flight", "bebop2", [SegmentFidelity(one, {})])
+    assert as_json(told)["segments"][0]["prediction"] == {}
+    assert prediction_table(told).row_count == 1
 
 
 def test_without_segments_each_stretch_of_setpoints_is_one(recording: Recording) -> None:
