@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from sitl_flights import IDEAL, stream, with_parameters
+from sitl_flights import IDEAL, in_hover, simulation, stream, with_parameters
 
 from sitl.conditions import Conditions
 from sitl.estimator_errors import EstimatorErrors, PositionError, VelocityError
@@ -12,6 +12,7 @@ from sitl.firmware.interface import Setpoint
 from sitl.firmware.px4_parameters import Px4Parameters
 from sitl.firmware.px4_takeoff import Takeoff, TakeoffPhase
 from sitl.firmware.px4_tuning import tuned_parameters
+from sitl.plant import TICK_S
 from sitl.simulation import Simulation
 from sitl.vehicle import Vehicle, load_vehicle
 
@@ -49,6 +50,26 @@ def test_a_wrong_hover_thrust_is_corrected_in_flight() -> None:
     right = climb_rate(MPC_THR_HOVER=0.49, MPC_USE_HTE=0)
     assert climb_rate(MPC_THR_HOVER=0.4, MPC_USE_HTE=1) == pytest.approx(right, rel=0.02)
     assert climb_rate(MPC_THR_HOVER=0.4, MPC_USE_HTE=0) < 0.85 * right
+
+
+def test_taking_over_what_was_learnt_does_not_jerk() -> None:
+    sim = in_hover(with_parameters(MPC_THR_HOVER=0.4))
+    climb = np.array([truth.velocity[2] for truth in sim.truth_log if truth.time_s > 5.0])
+    assert np.abs(np.diff(climb, n=2)).max() / TICK_S < 0.1
+
+
+@pytest.mark.parametrize(("climb_m_s", "feed_forward"), [(-0.5, math.nan), (math.nan, -1.0)])
+def test_takeoff_ramp_is_not_amended_by_acceleration_unless_nothing_else_climbs(
+    climb_m_s: float, feed_forward: float
+) -> None:
+    sim = simulation()
+    wanted = Setpoint(
+        velocity=np.array((0.0, 0.0, climb_m_s)), acceleration=np.array((0.0, 0.0, -1.0)), yaw=0.0
+    )
+    stream(sim, wanted, 0.5)
+    sim.firmware.arm()
+    stream(sim, wanted, 2.0)
+    assert sim.firmware.active_setpoint.acceleration[2] == pytest.approx(feed_forward, nan_ok=True)
 
 
 def test_a_reset_of_the_estimate_is_neither_acceleration_nor_error() -> None:
