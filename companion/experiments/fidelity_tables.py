@@ -95,11 +95,11 @@ def prediction_table(fidelity: RecordingFidelity) -> Table:
     table = Table(
         box=SIMPLE_HEAD,
         title=f"{fidelity.name}: positions predicted, RMS error (m)",
-        caption="by the online model, by constant velocity, and at the setpoint of the time",
+        caption="by the online model, by constant velocity, and at the position sent at the time",
     )
     table.add_column("segment", no_wrap=True)
     for horizon_s in HORIZONS_S:
-        for head in ("GP", "velocity", "setpoint"):
+        for head in ("GP", "velocity", "sent"):
             table.add_column(f"{head}\n{horizon_s:g} s", justify="right")
     for segment in fidelity.segments:
         table.add_row(Text(segment.flight.segment.id), *map(cell, _figures(segment.predictions)))
