@@ -2,7 +2,7 @@
 
 import math
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -28,6 +28,15 @@ NonNegative3 = tuple[
     Annotated[float, Field(ge=0.0)], Annotated[float, Field(ge=0.0)], Annotated[float, Field(ge=0.0)]
 ]
 Positive3 = tuple[PositiveFloat, PositiveFloat, PositiveFloat]
+
+
+class MotionLimits(NamedTuple):
+    """What a firmware keeps its vehicle to where it follows setpoints: m/s, m/s²."""
+
+    up_m_s: float
+    down_m_s: float
+    acceleration_m_s2: float = math.inf
+    vertical_acceleration_m_s2: float = math.inf
 
 
 class _Section(BaseModel):
@@ -154,12 +163,13 @@ class Vehicle(_Section):
         return (self.hover_speed_rad_s / self.max_speed_rad_s) ** 2
 
     @property
-    def fastest_climb_and_descent_m_s(self) -> tuple[float, float]:
-        """What the firmware allows: MPC_Z_VEL_MAX_UP and _DN, or WPNAV_SPEED_UP and _DN (there in cm/s)."""
+    def motion_limits(self) -> MotionLimits:
+        """What the firmware keeps the vehicle to; ArduPilot's parameters are in centimetres."""
         if self.firmware == "ardupilot":
-            ours = self.ardupilot_parameters
-            return 0.01 * ours.WPNAV_SPEED_UP, 0.01 * ours.WPNAV_SPEED_DN
-        return self.px4_parameters.MPC_Z_VEL_MAX_UP, self.px4_parameters.MPC_Z_VEL_MAX_DN
+            a = self.ardupilot_parameters
+            in_cm = (a.WPNAV_SPEED_UP, a.WPNAV_SPEED_DN, a.WPNAV_ACCEL, a.WPNAV_ACCEL_Z)
+            return MotionLimits(*(0.01 * limit for limit in in_cm))
+        return MotionLimits(self.px4_parameters.MPC_Z_VEL_MAX_UP, self.px4_parameters.MPC_Z_VEL_MAX_DN)
 
     @property
     def rotor_effectiveness(self) -> Float[Array, "4 n"]:

@@ -4,6 +4,7 @@ from companion import clock
 from companion.arrays import Vec3
 from companion.autopilot import steps
 from companion.autopilot.flight_modes import FlightModes
+from companion.autopilot.interface import MotionLimits
 from companion.autopilot.setpoint import position_target
 from companion.errors import NoReplyError, RefusedError
 from companion.link.command import command, request_message
@@ -38,11 +39,11 @@ _MODE_NAMES = {
     27: "AUTO_RTL",
 }
 
-_VERTICAL_SPEEDS = (
-    ("WPNAV_SPEED_UP", "WPNAV_SPEED_DN", 0.01),
-    ("WP_SPD_UP", "WP_SPD_DN", 1.0),  # the names and unit from version 4.7 on
+_MOTION_LIMITS = (
+    (("WPNAV_SPEED_UP", "WPNAV_SPEED_DN", "WPNAV_ACCEL", "WPNAV_ACCEL_Z"), 0.01),
+    (("WP_SPD_UP", "WP_SPD_DN", "WP_ACC", "WP_ACC_Z"), 1.0),  # names and unit from version 4.7 on
 )
-"""Parameters of GUIDED's vertical speed limits, up and down, and their unit (m/s)."""
+"""Parameters of what GUIDED keeps to, in the order of `MotionLimits`, and their unit (SI)."""
 
 
 def mode_name(custom_mode: int) -> str:
@@ -72,16 +73,15 @@ class ArduPilot:
         """Whether the vehicle is in GUIDED because we asked for it."""
         return self._modes.engaged
 
-    async def fastest_climb_and_descent(self) -> tuple[float, float]:
-        """The vehicle's own vertical speed limits in GUIDED (m/s)."""
-        for up, down, unit in _VERTICAL_SPEEDS:
+    async def motion_limits(self) -> MotionLimits:
+        """What GUIDED keeps to."""
+        for names, unit in _MOTION_LIMITS:
             try:
-                up_m_s = unit * await read_parameter(self._connection, up)
-                return up_m_s, unit * await read_parameter(self._connection, down)
+                return MotionLimits(*[unit * await read_parameter(self._connection, name) for name in names])
             except NoReplyError:
                 continue
         raise NoReplyError(
-            f"the vehicle answered for none of {', '.join(up for up, _, _ in _VERTICAL_SPEEDS)}"
+            f"the vehicle answered for none of {', '.join(names[0] for names, _ in _MOTION_LIMITS)}"
         )
 
     async def arm(self) -> None:

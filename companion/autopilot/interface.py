@@ -5,9 +5,27 @@ has the vehicle follow them. Nothing here repeats a setpoint: when the flight st
 and the autopilot's own failsafe acts.
 """
 
+import math
+from dataclasses import dataclass
 from typing import Protocol
 
 from companion.arrays import Vec3
+
+
+@dataclass(frozen=True, slots=True)
+class MotionLimits:
+    """What an autopilot keeps its vehicle to where it follows setpoints; infinite where to nothing.
+
+    Attributes:
+        up_m_s, down_m_s: climb and descent (m/s).
+        acceleration_m_s2: horizontal (m/s²).
+        vertical_acceleration_m_s2: m/s².
+    """
+
+    up_m_s: float
+    down_m_s: float
+    acceleration_m_s2: float = math.inf
+    vertical_acceleration_m_s2: float = math.inf
 
 
 class Autopilot(Protocol):
@@ -28,8 +46,8 @@ class Autopilot(Protocol):
         """Whether the vehicle follows our setpoints."""
         ...
 
-    async def fastest_climb_and_descent(self) -> tuple[float, float]:
-        """The vehicle's own limits on vertical speed, up and down (m/s)."""
+    async def motion_limits(self) -> MotionLimits:
+        """What it keeps the vehicle to."""
         ...
 
     async def arm(self) -> None:

@@ -7,6 +7,7 @@ from companion import clock
 from companion.arrays import Vec3
 from companion.autopilot import steps
 from companion.autopilot.flight_modes import FlightModes
+from companion.autopilot.interface import MotionLimits
 from companion.autopilot.setpoint import position_target
 from companion.errors import RefusedError
 from companion.link.command import command
@@ -67,11 +68,11 @@ class Px4:
         """Whether the vehicle is in OFFBOARD because we asked for it."""
         return self._modes.engaged
 
-    async def fastest_climb_and_descent(self) -> tuple[float, float]:
-        """The vehicle's own vertical speed limits (m/s): MPC_Z_VEL_MAX_UP, MPC_Z_VEL_MAX_DN."""
-        return (
-            await read_parameter(self._connection, "MPC_Z_VEL_MAX_UP"),
-            await read_parameter(self._connection, "MPC_Z_VEL_MAX_DN"),
+    async def motion_limits(self) -> MotionLimits:
+        """MPC_Z_VEL_MAX_UP and MPC_Z_VEL_MAX_DN; OFFBOARD keeps to no acceleration but by the tilt."""
+        return MotionLimits(
+            up_m_s=await read_parameter(self._connection, "MPC_Z_VEL_MAX_UP"),
+            down_m_s=await read_parameter(self._connection, "MPC_Z_VEL_MAX_DN"),
         )
 
     async def arm(self) -> None:

@@ -73,7 +73,7 @@ def fly(
         options.placement(size, plane, origin, heading, altitude, flip_y),
         guard_limits.fence,
     )
-    strategy, law = _technique(strategy, options.network(model), lookahead)
+    strategy, law = _technique(strategy, options.network(model), lookahead, preset.settings.network_share)
     plan = FlightPlan(
         trajectory_within(limits),
         law,
@@ -108,7 +108,10 @@ def _read(file: Path, placement: Placement, fence: Fence, limits: Limits) -> Tra
 
 
 def _technique(
-    strategy: Strategy | None, network: InverseNetwork | None, lookahead_s: float | None
+    strategy: Strategy | None,
+    network: InverseNetwork | None,
+    lookahead_s: float | None,
+    network_share: float,
 ) -> tuple[Strategy, ReferenceLaw]:
     """The strategy that is meant, and how it makes u1; InputError where the options contradict."""
     if strategy is None:
@@ -119,7 +122,8 @@ def _technique(
         raise InputError(f"--lookahead belongs to strategy lookahead, not to {strategy}")
     if lookahead_s is None and network is not None:
         lookahead_s = network.card.lookahead_s
-    return strategy, reference_law(strategy, network=network, lookahead_s=lookahead_s)
+    law = reference_law(strategy, network=network, lookahead_s=lookahead_s, network_share=network_share)
+    return strategy, law
 
 
 def _lines(outcome: FlightOutcome) -> Iterator[str]:

@@ -1,7 +1,7 @@
 """What `fly` and `collect` share: one flight on one vehicle, shown as it happens and kept whatever comes."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import typer
@@ -17,7 +17,6 @@ from companion.link import connect, start_telemetry
 from companion.link.address import Address, Simulated
 from companion.recording import Provenance, write_recording
 from companion.trajectory import Limits, Trajectory
-from companion.trajectory.limits import VERTICAL_SHARE
 
 _STOPPED = 130  # what shells report for a program that Ctrl-C ended
 
@@ -128,12 +127,12 @@ async def _fly(request: Request, recorder: FlightRecorder, console: Console) -> 
 
 
 async def _trajectory(request: Request, autopilot: Autopilot, display: FlightDisplay) -> Trajectory:
-    """The trajectory within the vehicle's own vertical limits, where it tells them."""
+    """The trajectory within the vehicle's own limits, where it tells them."""
     try:
-        up_m_s, down_m_s = await autopilot.fastest_climb_and_descent()
+        own = await autopilot.motion_limits()
     except NoReplyError:
         up_m_s, down_m_s = request.limits.up_m_s, request.limits.down_m_s
         display.phase(f"it tells no vertical speed limits: {up_m_s:g} m/s up, {down_m_s:g} m/s down assumed")
         return request.plan.trajectory
-    limits = replace(request.limits, up_m_s=VERTICAL_SHARE * up_m_s, down_m_s=VERTICAL_SHARE * down_m_s)
+    limits = request.limits.within_vehicle(**asdict(own))
     return request.plan.trajectory if limits == request.limits else request.trajectory_within(limits)

@@ -16,7 +16,7 @@ from companion.errors import InputError
 from companion.flight.online_correction import MotionHistory, OnlineCorrection
 from companion.flight.reference import Reference
 from companion.learning.features import Preview
-from companion.learning.online_settings import MOTION, OnlineSettings
+from companion.learning.online_settings import DEFAULT, OnlineSettings
 from companion.recording.segments import Segment, Window
 from companion.recording.series import Recording, ReferenceSeries, Series, StateSeries, rows
 from companion.state import VehicleState
@@ -52,7 +52,7 @@ def prediction_errors(
     recording: Recording,
     segment: Segment,
     horizons: Sequence[float] = HORIZONS_S,
-    settings: OnlineSettings = MOTION,
+    settings: OnlineSettings = DEFAULT,
 ) -> dict[float, Prediction]:
     """Errors of predicting one segment, by horizon (s); the model knows nothing when the segment begins.
 

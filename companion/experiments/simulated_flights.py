@@ -62,7 +62,12 @@ class Scenario:
         """
         return FlightPlan(
             self.trajectory,
-            reference_law(self.strategy, network=self.network, lookahead_s=self.lookahead_s),
+            reference_law(
+                self.strategy,
+                network=self.network,
+                lookahead_s=self.lookahead_s,
+                network_share=self.online.network_share,
+            ),
             OnlineCorrection(self.online) if self.strategy.learns_online else None,
             period_s=self.strategy.period_s(self.online),
         )

@@ -7,31 +7,26 @@ from companion import bundled
 from companion.errors import InputError
 from companion.experiments.lasa import BENCHMARK_NAMES, TUNING_NAMES, lasa_trajectory
 from companion.flight.guard import GuardLimits
-from companion.trajectory.limits import VERTICAL_SHARE, Limits
+from companion.trajectory.limits import Limits
 from companion.trajectory.placement import Placement
 from companion.trajectory.readers import read_trajectory
 from companion.trajectory.trajectory import Trajectory
 from sitl.errors import ConfigError
-from sitl.vehicle import load_vehicle
+from sitl.vehicle import MotionLimits, load_vehicle
 
 
 def limits_within(vehicles: Sequence[str], speed_m_s: float | None) -> Limits:
-    """The limits with that peak speed (m/s), climb and descent as the weakest of the vehicles has them.
+    """The limits with that peak speed (m/s), and what the weakest of the vehicles keeps to.
 
     Raises:
         InputError: a vehicle is missing or wrong, or the speed is not positive.
     """
     try:
-        climbs, descents = zip(
-            *(load_vehicle(vehicle).fastest_climb_and_descent_m_s for vehicle in vehicles), strict=True
-        )
+        each = [load_vehicle(vehicle).motion_limits for vehicle in vehicles]
     except ConfigError as error:
         raise InputError(str(error)) from error
-    return Limits(
-        speed_m_s=speed_m_s,
-        up_m_s=VERTICAL_SHARE * min(climbs),
-        down_m_s=VERTICAL_SHARE * min(descents),
-    )
+    weakest = MotionLimits(*map(min, zip(*each, strict=True)))
+    return Limits(speed_m_s=speed_m_s).within_vehicle(**weakest._asdict())
 
 
 def named_trajectories(names: Sequence[str], placement: Placement, limits: Limits) -> list[Trajectory]:

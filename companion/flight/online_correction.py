@@ -24,6 +24,9 @@ _LONGEST_GAP_S = 0.2
 _RECENT_S = 0.1
 """Over so long the vehicle's acceleration and drift are averaged: the estimator's steps are shorter."""
 _UNKNOWN = np.full(6, np.nan)
+_DRIFT_WEIGHT = 2.0
+"""An estimate that moves beside its own velocity says that this velocity is wrong. The model is told so, and
+no innovation shows it; but a velocity reference would carry the vehicle off."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,7 +51,7 @@ class OnlineCorrection:
         self.settings = settings
         self._model = online_model(settings)
         self._confidence = Confidence(settings.caution, settings.memory)
-        self._velocity_confidence = Confidence(settings.caution, settings.memory)
+        self._velocity_confidence = Confidence(settings.velocity_caution, settings.memory)
         self._flown = MotionHistory(2.0 * settings.preview.longest_s + 1.0)
         self._awaiting: deque[_Sent] = deque()
         self._previous_u2 = np.zeros(3)
@@ -89,7 +92,8 @@ class OnlineCorrection:
         velocity = self._flown.velocity(sent.time_s, preview.velocity_s)
         if self._model.learn(sent.step, position, velocity):
             self._confidence.compare(position - sent.predicted.position)
-            self._velocity_confidence.compare(velocity - sent.predicted.velocity)
+            innovation = velocity - sent.predicted.velocity
+            self._velocity_confidence.compare(np.concatenate((innovation, _DRIFT_WEIGHT * sent.step.drift)))
 
     def _velocity_correction(self, u2: Vec3, predicted: PredictedError) -> Vec3:
         match self.settings.velocity:

@@ -7,7 +7,7 @@
 | `lookahead`   | position and velocity, a constant time early          | none              |
 | `dnn`         | inverse network of a source vehicle                   | none              |
 | `gp`          | position, velocity and acceleration                   | online correction |
-| `dnn+gp`      | inverse network of a source vehicle                   | online correction |
+| `dnn+gp`      | the same, or part of the way to it from `gp`'s        | online correction |
 """
 
 from dataclasses import dataclass
@@ -93,10 +93,31 @@ class InverseDynamics:
         return Reference(*reference(x, outputs))
 
 
+@dataclass(frozen=True, slots=True)
+class Tempered:
+    """Between what is plain and what a law makes of it: only `share` of the way (0 to 1) to the law's."""
+
+    law: ReferenceLaw
+    share: float
+
+    def __call__(self, trajectory: Trajectory, time_s: float, state: VehicleState) -> Reference:
+        """The mean of both references, so weighted; acceleration is fed forward as far as it is plain."""
+        plain, other = trajectory.at(time_s), self.law(trajectory, time_s, state)
+        return Reference(
+            plain.position + self.share * (other.position - plain.position),
+            plain.velocity + self.share * (other.velocity - plain.velocity),
+            (1.0 - self.share) * plain.acceleration,
+        )
+
+
 def reference_law(
-    strategy: Strategy, *, network: InverseNetwork | None = None, lookahead_s: float | None = None
+    strategy: Strategy,
+    *,
+    network: InverseNetwork | None = None,
+    lookahead_s: float | None = None,
+    network_share: float = 1.0,
 ) -> ReferenceLaw:
-    """How `strategy` makes u1.
+    """How `strategy` makes u1; `network_share` is how far `dnn+gp` follows the network (`Tempered`).
 
     Raises:
         InputError: it needs a network or a lookahead time that was not given.
@@ -113,4 +134,6 @@ def reference_law(
         case Strategy.DNN | Strategy.DNN_GP:
             if network is None:
                 raise InputError(f"strategy {strategy} needs a network: give --model")
-            return InverseDynamics(network)
+            inverse = InverseDynamics(network)
+            tempered = strategy is Strategy.DNN_GP and network_share < 1.0
+            return Tempered(inverse, network_share) if tempered else inverse

@@ -88,15 +88,15 @@ class Confidence:
             return 1.0
         return self._expected / (self._expected + self._caution * self._innovation)
 
-    def expect(self, error: Vec3) -> None:
+    def expect(self, error: Float[Array, " n"]) -> None:
         """An error was predicted (m or m/s)."""
         self._expected += (_finite_square(error) - self._expected) / self._memory
 
-    def compare(self, innovation: Vec3) -> None:
+    def compare(self, innovation: Float[Array, " n"]) -> None:
         """What was predicted came, but for the innovation y − ŷ (m or m/s)."""
         self._innovation += (_finite_square(innovation) - self._innovation) / self._memory
 
 
-def _finite_square(vector: Vec3) -> float:
+def _finite_square(vector: Float[Array, " n"]) -> float:
     square = float(vector @ vector)
     return square if np.isfinite(square) else 0.0

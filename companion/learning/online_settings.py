@@ -25,7 +25,9 @@ class OnlineSettings(BaseModel):
             velocity error times `velocity_gain`, or not at all.
         velocity_gain: see there.
         caution: how much an innovation counts against a predicted error (`correction.Confidence`); 0: not.
+        velocity_caution: the same of the velocity, where the estimate's drift counts as innovation too.
         memory: steps over which that is judged.
+        network_share: how far `dnn+gp` follows the network instead of the plain reference, 0 to 1.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -39,7 +41,9 @@ class OnlineSettings(BaseModel):
     velocity: Literal["finite_difference", "predicted", "uncorrected"]
     velocity_gain: GainValue = 0.0
     caution: NonNegativeFloat = 0.0
+    velocity_caution: NonNegativeFloat = 0.0
     memory: Annotated[int, Field(ge=1, le=100_000)] = 100
+    network_share: Annotated[float, Field(gt=0.0, le=1.0)] = 1.0
 
     @model_validator(mode="after")
     def _form_fits(self) -> Self:
@@ -63,26 +67,25 @@ PAPER = OnlineSettings(
 
 DEFAULT = OnlineSettings(
     sample_time_s=1 / 50,
-    preview=Preview.of_time(0.1),
-    window=100,
-    kernel=Kernel(prior_variance=1.0, length_scale=20.0, noise_variance=2e-5),
-    form="displacement",
-    gain=ConstantGain(alpha=(12.0, 12.0, 12.0)),
+    preview=Preview.of_time(0.15),
+    window=500,
+    kernel=LinearKernel(prior_variance=1.0, noise_variance=0.02),
+    form="motion",
+    gain=ConstantGain(alpha=(5.0, 5.0, 5.0)),
     velocity="predicted",
     velocity_gain=3.0,
-    caution=10.0,
+    velocity_caution=5.0,
+    network_share=0.3,
 )
-"""Ours: a short preview, at which a small predicted error says much, and gains to match, kept in check by how
-well the model has predicted; see docs/decisions.md."""
+"""Ours: the model that predicts real flights best, from constant velocity by ten seconds of flight; a preview
+at which a small predicted error says much, and gains to match. The velocity is corrected as far as it can be
+believed. See docs/decisions.md."""
 
-ESTIMATED = DEFAULT.model_copy(update={"gain": EstimatedGain(least=4.0, most=16.0)})
-"""Ours, with the gain that the online model itself gives at every step (Insight 1)."""
-
-MOTION = DEFAULT.model_copy(
+ESTIMATED = DEFAULT.model_copy(
     update={
-        "form": "motion",
-        "window": 500,
-        "kernel": LinearKernel(prior_variance=1.0, noise_variance=0.02),
+        "preview": Preview.of_time(0.36),
+        "gain": EstimatedGain(least=1.0, most=4.0),
+        "velocity": "uncorrected",
     }
 )
-"""Ours, with the model that predicts real flights best: from constant velocity, by ten seconds of flight."""
+"""Ours, with the gain that the online model itself gives at every step (Insight 1), and a longer preview."""

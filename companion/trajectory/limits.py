@@ -1,6 +1,7 @@
 """How fast a trajectory may be, how fast it is, and the stretch of time that makes both equal."""
 
-from dataclasses import asdict, dataclass
+import math
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
@@ -8,8 +9,8 @@ from companion.arrays import Array
 from companion.errors import InputError
 from companion.trajectory.trajectory import Trajectory
 
-VERTICAL_SHARE = 0.8
-"""How much of the vehicle's own vertical speed limits a trajectory may use."""
+SHARE = 0.8
+"""How much of the vehicle's own limits a trajectory may use: what is left is for getting back onto it."""
 
 
 @dataclass(frozen=True)
@@ -21,6 +22,7 @@ class Peaks:
     jerk_m_s3: float
     up_m_s: float
     down_m_s: float
+    vertical_acceleration_m_s2: float
 
 
 @dataclass(frozen=True)
@@ -33,6 +35,7 @@ class Limits:
         jerk_m_s3: norm (m/s³).
         up_m_s: climb (m/s); by default from PX4's MPC_Z_VEL_MAX_UP, 3 m/s.
         down_m_s: descent (m/s); by default from PX4's MPC_Z_VEL_MAX_DN, 1.5 m/s.
+        vertical_acceleration_m_s2: may be infinite (m/s²).
 
     Raises:
         InputError: a limit is not a positive number.
@@ -41,21 +44,50 @@ class Limits:
     speed_m_s: float | None = None
     acceleration_m_s2: float = 4.0
     jerk_m_s3: float = 20.0
-    up_m_s: float = VERTICAL_SHARE * 3.0
-    down_m_s: float = VERTICAL_SHARE * 1.5
+    up_m_s: float = SHARE * 3.0
+    down_m_s: float = SHARE * 1.5
+    vertical_acceleration_m_s2: float = math.inf
 
     def __post_init__(self) -> None:
         for name, limit in asdict(self).items():
-            if limit is not None and not 0.0 < limit < np.inf:
+            may_be_infinite = name == "vertical_acceleration_m_s2"
+            if limit is not None and not (0.0 < limit < math.inf or (may_be_infinite and limit == math.inf)):
                 raise InputError(f"limit {name} is {limit}: give a positive number")
 
     def peaks(self, usual_speed_m_s: float) -> Peaks:
         """The limits as peaks, with `usual_speed_m_s` (m/s) where no speed was asked for."""
         speed_m_s = usual_speed_m_s if self.speed_m_s is None else self.speed_m_s
-        return Peaks(speed_m_s, self.acceleration_m_s2, self.jerk_m_s3, self.up_m_s, self.down_m_s)
+        return Peaks(**asdict(self) | {"speed_m_s": speed_m_s})
+
+    def within_vehicle(
+        self,
+        *,
+        up_m_s: float,
+        down_m_s: float,
+        acceleration_m_s2: float = math.inf,
+        vertical_acceleration_m_s2: float = math.inf,
+    ) -> "Limits":
+        """These limits with what the vehicle keeps to itself, less a reserve.
+
+        The vehicle's vertical limits replace these; its horizontal acceleration can only lower theirs.
+        """
+        return replace(
+            self,
+            acceleration_m_s2=min(self.acceleration_m_s2, SHARE * acceleration_m_s2),
+            up_m_s=SHARE * up_m_s,
+            down_m_s=SHARE * down_m_s,
+            vertical_acceleration_m_s2=SHARE * vertical_acceleration_m_s2,
+        )
 
 
-_ORDER = {"speed_m_s": 1, "acceleration_m_s2": 2, "jerk_m_s3": 3, "up_m_s": 1, "down_m_s": 1}
+_ORDER = {
+    "speed_m_s": 1,
+    "acceleration_m_s2": 2,
+    "jerk_m_s3": 3,
+    "up_m_s": 1,
+    "down_m_s": 1,
+    "vertical_acceleration_m_s2": 2,
+}
 _INSTANTS = np.linspace(0.0, 1.0, 33)  # of each segment, both ends included: jerk may jump at knots
 
 
@@ -71,6 +103,7 @@ def peaks_of(trajectory: Trajectory) -> Peaks:
         jerk_m_s3=_largest_norm(jerk),
         up_m_s=max(0.0, float(-velocity[..., 2].min())),
         down_m_s=max(0.0, float(velocity[..., 2].max())),
+        vertical_acceleration_m_s2=float(np.abs(acceleration[..., 2]).max()),
     )
 
 

@@ -53,6 +53,7 @@ def pace_by_bends(path: Path, allowed: Peaks) -> Float[Array, " n"]:
         allowed,
         acceleration_m_s2=_FOR_BENDS * allowed.acceleration_m_s2,
         jerk_m_s3=_FOR_BENDS * allowed.jerk_m_s3,
+        vertical_acceleration_m_s2=_FOR_BENDS * allowed.vertical_acceleration_m_s2,
     )
     # Along the line, the square of the speed grows or falls by at most twice the acceleration.
     rise = 2.0 * (1.0 - _FOR_BENDS) * allowed.acceleration_m_s2 * path.parameter
@@ -137,6 +138,7 @@ def _pace_limits(path: Path, allowed: Peaks) -> Float[Array, " n"]:
             allowed.speed_m_s / (nothing + np.linalg.norm(slope, axis=1)),
             np.sqrt(allowed.acceleration_m_s2 / (nothing + np.linalg.norm(bend, axis=1))),
             np.cbrt(allowed.jerk_m_s3 / (nothing + np.linalg.norm(twist, axis=1))),
+            np.sqrt(allowed.vertical_acceleration_m_s2 / (nothing + np.abs(bend[:, 2]))),
             allowed.up_m_s / (nothing + np.maximum(-slope[:, 2], 0.0)),
             allowed.down_m_s / (nothing + np.maximum(slope[:, 2], 0.0)),
         ]

@@ -68,7 +68,8 @@ def _sinusoids(times: Times, box: Vec3, allowed: Peaks, rng: np.random.Generator
     shape = (_SINUSOIDS, 3)
     octaves = (np.arange(_SINUSOIDS)[:, None] + rng.uniform(-0.5, 0.5, shape)) / (_SINUSOIDS - 1)
     omegas = 2.0 * np.pi * slowest * (_FASTEST_HZ / slowest) ** octaves
-    speeds = np.minimum(speed, _SHARE_OF_ACCELERATION * allowed.acceleration_m_s2 / omegas)
+    acceleration = np.minimum(allowed.acceleration_m_s2, [np.inf, np.inf, allowed.vertical_acceleration_m_s2])
+    speeds = np.minimum(speed, _SHARE_OF_ACCELERATION * acceleration / omegas)
     amplitudes = rng.uniform(0.7, 1.3, shape) * speeds / omegas
     phases = rng.uniform(0.0, 2.0 * np.pi, shape)
     waves = amplitudes * np.sin(omegas * times[:, None, None] + phases)
@@ -86,7 +87,11 @@ def _as_large_as_allowed(trajectory: Trajectory, box: Vec3, allowed: Peaks) -> T
     coefficients[:, 0] -= 0.5 * (lowest + highest)
     peaks = peaks_of(trajectory)
     horizontal = allowed.speed_m_s / np.linalg.norm(samples.velocity[:, :2], axis=1).max()
-    vertical = min(allowed.up_m_s / peaks.up_m_s, allowed.down_m_s / peaks.down_m_s)
+    vertical = min(
+        allowed.up_m_s / peaks.up_m_s,
+        allowed.down_m_s / peaks.down_m_s,
+        allowed.vertical_acceleration_m_s2 / peaks.vertical_acceleration_m_s2,
+    )
     coefficients *= np.minimum(box / (highest - lowest), [horizontal, horizontal, vertical])
     peaks = peaks_of(Trajectory(trajectory.name, trajectory.step_s, coefficients))
     coefficients *= min(1.0, *(limit / getattr(peaks, name) for name, limit in asdict(allowed).items()))

@@ -2,7 +2,7 @@
 
 import asyncio
 import socket
-from dataclasses import replace
+from dataclasses import astuple, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +12,7 @@ from tampered_link import PROVENANCE, Pilot, TamperedLink, connected, fly_with, 
 
 from companion import bundled, clock
 from companion.autopilot import detect
+from companion.autopilot.interface import MotionLimits
 from companion.errors import RefusedError, TakenError, TrackingError
 from companion.flight.flight import FlightPlan, fly
 from companion.flight.strategies import position_velocity_acceleration
@@ -148,12 +149,12 @@ def test_without_setpoints_it_stops_and_stays_in_guided() -> None:
     virtually(scenario())
 
 
-def test_its_vertical_speed_limits_are_found() -> None:
-    async def scenario() -> tuple[float, float]:
+def test_its_motion_limits_are_found() -> None:
+    async def scenario() -> MotionLimits:
         async with connected(ardupilot()) as pilot:
-            return await pilot.autopilot.fastest_climb_and_descent()
+            return await pilot.autopilot.motion_limits()
 
-    assert virtually(scenario()) == pytest.approx((2.5, 1.5))
+    assert astuple(virtually(scenario())) == pytest.approx((2.5, 1.5, 2.5, 1.0))
 
 
 def test_the_same_flight_gives_the_same_states() -> None:

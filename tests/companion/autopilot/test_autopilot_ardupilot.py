@@ -1,5 +1,6 @@
 import asyncio
 from collections.abc import Callable, Coroutine
+from dataclasses import astuple
 from typing import Any
 
 import numpy as np
@@ -133,20 +134,23 @@ async def test_land_returns_when_the_vehicle_is_down_and_disarmed(
 
 @pytest.mark.parametrize(
     "parameters",
-    [{"WPNAV_SPEED_UP": 250.0, "WPNAV_SPEED_DN": 150.0}, {"WP_SPD_UP": 2.5, "WP_SPD_DN": 1.5}],
+    [
+        {"WPNAV_SPEED_UP": 250.0, "WPNAV_SPEED_DN": 150.0, "WPNAV_ACCEL": 300.0, "WPNAV_ACCEL_Z": 100.0},
+        {"WP_SPD_UP": 2.5, "WP_SPD_DN": 1.5, "WP_ACC": 3.0, "WP_ACC_Z": 1.0},
+    ],
 )
-def test_vertical_limits_are_found_by_their_old_and_new_names(parameters: dict[str, float]) -> None:
+def test_motion_limits_are_found_by_their_old_and_new_names(parameters: dict[str, float]) -> None:
     async def test(vehicle: FakeArduPilot, autopilot: ArduPilot) -> None:
         vehicle.parameters = parameters
-        assert await autopilot.fastest_climb_and_descent() == pytest.approx((2.5, 1.5))
+        assert astuple(await autopilot.motion_limits()) == pytest.approx((2.5, 1.5, 3.0, 1.0))
 
     with_ardupilot(test)()
 
 
 @with_ardupilot
-async def test_vertical_limits_that_it_does_not_tell(vehicle: FakeArduPilot, autopilot: ArduPilot) -> None:
+async def test_motion_limits_that_it_does_not_tell(vehicle: FakeArduPilot, autopilot: ArduPilot) -> None:
     with pytest.raises(NoReplyError, match="none of WPNAV_SPEED_UP, WP_SPD_UP"):
-        await autopilot.fastest_climb_and_descent()
+        await autopilot.motion_limits()
 
 
 PLACE, FORWARD, LIFT = np.array([1.0, 2.0, -3.0]), np.array([0.5, 0.0, 0.0]), np.array([0.0, 0.0, -1.0])

@@ -6,7 +6,7 @@ import pytest
 from companion.arrays import Times, Vec3s
 from companion.errors import InputError
 from companion.experiments.prediction import prediction_errors
-from companion.learning.online_settings import MOTION
+from companion.learning.online_settings import DEFAULT
 from companion.recording import Provenance, Recording, ReferenceSeries, Segment, StateSeries, Window
 
 SEGMENT = Segment("wave", Window(5.0, 20.0))
@@ -85,7 +85,7 @@ def test_setpoints_without_a_position_do_not_count() -> None:
     recording = recorded()
     sent = replace(recording.references, position=np.full_like(recording.references.position, np.nan))
     with pytest.raises(InputError, match="segment wave: no position"):
-        prediction_errors(replace(recording, references=sent), SEGMENT, settings=MOTION)
+        prediction_errors(replace(recording, references=sent), SEGMENT, settings=DEFAULT)
 
 
 def test_a_gap_in_the_telemetry_is_left_out() -> None:

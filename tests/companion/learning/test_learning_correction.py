@@ -14,7 +14,7 @@ from companion.learning.correction import (
     velocity_correction,
 )
 from companion.learning.gaussian_process import Kernel
-from companion.learning.online_settings import DEFAULT, ESTIMATED, MOTION, PAPER, OnlineSettings
+from companion.learning.online_settings import DEFAULT, ESTIMATED, PAPER, OnlineSettings
 
 vectors = arrays(float, 3, elements=st.floats(-1e150, 1e150) | st.sampled_from([np.nan, np.inf, -np.inf]))
 
@@ -86,6 +86,6 @@ def test_the_papers_settings() -> None:
     assert PAPER.preview.position_s == pytest.approx((4 / 7, 4 / 7, 3 / 7))
 
 
-@pytest.mark.parametrize("settings", [PAPER, DEFAULT, ESTIMATED, MOTION])
+@pytest.mark.parametrize("settings", [PAPER, DEFAULT, ESTIMATED])
 def test_settings_survive_a_file(settings: OnlineSettings) -> None:
     assert OnlineSettings.model_validate_json(settings.model_dump_json()) == settings

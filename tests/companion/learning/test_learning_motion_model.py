@@ -9,7 +9,7 @@ from companion.learning.features import Preview
 from companion.learning.gaussian_process import Kernel
 from companion.learning.motion_model import LinearKernel, MotionModel, fit_weights
 from companion.learning.online_model import online_model
-from companion.learning.online_settings import DEFAULT, MOTION, OnlineSettings
+from companion.learning.online_settings import DEFAULT, OnlineSettings
 
 KERNEL = LinearKernel(prior_variance=1.0, noise_variance=1e-8)
 LEADS_S = np.array((0.4, 0.3, 0.2))
@@ -143,7 +143,7 @@ def test_a_model_that_forgot_is_a_new_one() -> None:
 
 
 def test_settings_choose_the_model() -> None:
-    assert isinstance(online_model(MOTION), MotionModel)
+    assert isinstance(online_model(DEFAULT), MotionModel)
     assert not isinstance(online_model(DEFAULT.model_copy(update=SQUARED_EXPONENTIAL)), MotionModel)
 
 
@@ -163,4 +163,4 @@ SQUARED_EXPONENTIAL = {
 )
 def test_settings_that_do_not_fit_are_refused(wrong: dict[str, object]) -> None:
     with pytest.raises(ValueError, match="form motion"):
-        OnlineSettings.model_validate(MOTION.model_dump() | wrong)
+        OnlineSettings.model_validate(DEFAULT.model_dump() | wrong)

@@ -46,6 +46,7 @@ def dense_peaks(trajectory: Trajectory) -> Peaks:
         jerk_m_s3=norms(jerk).max(),
         up_m_s=-velocity[:, 2].min(),
         down_m_s=velocity[:, 2].max(),
+        vertical_acceleration_m_s2=np.abs(acceleration[:, 2]).max(),
     )
 
 

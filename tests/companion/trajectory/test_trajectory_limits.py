@@ -28,7 +28,14 @@ def test_peaks_of_a_sinusoid() -> None:
 
 def test_stretching_by_a_factor_reaches_its_limit() -> None:
     trajectory = trajectory_of("swing", 10.0, swing)
-    allowed = Peaks(speed_m_s=3.0, acceleration_m_s2=2.0, jerk_m_s3=1.0, up_m_s=9.0, down_m_s=0.5)
+    allowed = Peaks(
+        speed_m_s=3.0,
+        acceleration_m_s2=2.0,
+        jerk_m_s3=1.0,
+        up_m_s=9.0,
+        down_m_s=0.5,
+        vertical_acceleration_m_s2=1.5,
+    )
     for name, factor in stretches(peaks_of(trajectory), allowed).items():
         stretched = peaks_of(trajectory.stretched(factor))
         assert getattr(stretched, name) == pytest.approx(getattr(allowed, name))
@@ -44,3 +51,13 @@ def test_limits_are_positive_numbers(name: str, value: float) -> None:
 def test_the_usual_speed_stands_in_for_none() -> None:
     assert Limits().peaks(usual_speed_m_s=1.2).speed_m_s == 1.2
     assert Limits(speed_m_s=0.7).peaks(usual_speed_m_s=1.2).speed_m_s == 0.7
+
+
+def test_limits_within_a_vehicle_leave_a_reserve() -> None:
+    within = Limits(acceleration_m_s2=1.8).within_vehicle(
+        up_m_s=2.5, down_m_s=1.5, acceleration_m_s2=2.5, vertical_acceleration_m_s2=1.0
+    )
+    assert (within.up_m_s, within.down_m_s) == pytest.approx((2.0, 1.2))
+    assert within.acceleration_m_s2 == 1.8
+    assert within.vertical_acceleration_m_s2 == pytest.approx(0.8)
+    assert Limits().within_vehicle(up_m_s=3.75, down_m_s=1.875).peaks(1.0).acceleration_m_s2 == 4.0
