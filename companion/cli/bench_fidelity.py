@@ -22,11 +22,13 @@ try:
     from companion.experiments.fidelity_tables import (
         RecordingFidelity,
         as_json,
+        hover_line,
         pooled_line,
         prediction_table,
         twin_table,
     )
     from companion.experiments.twin import twin_vehicle
+    from companion.experiments.wander import compare_wander
     from sitl.vehicle import Vehicle
 except ModuleNotFoundError as missing:
     raise InputError(
@@ -74,6 +76,8 @@ def fidelity(
         whole = pooled(each.flights)
         if whole is not None:
             console.print(pooled_line(whole), markup=False, highlight=False, soft_wrap=True)
+        if each.hover is not None:
+            console.print(hover_line(each.hover), markup=False, highlight=False, soft_wrap=True)
     if json is not None:
         result = {"recordings": [as_json(each) for each in fidelities], "software": __version__}
         json.write_text(json_format.dumps(result, indent=2) + "\n")
@@ -98,6 +102,7 @@ def _evaluated(progress: Progress, path: Path, recording: Recording, vehicle: Ve
         for segment in evaluate_all(vehicle, recording):
             segments.append(segment)
             progress.advance(flying)
+        hover = compare_wander(vehicle, recording)
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
-    return RecordingFidelity(log_name(path), vehicle.name, segments)
+    return RecordingFidelity(log_name(path), vehicle.name, segments, hover)

@@ -12,15 +12,24 @@ from rich.text import Text
 
 from companion.experiments.fidelity import PooledFidelity, SegmentFidelity, TwinFlight, pooled, rms_axes
 from companion.experiments.prediction import HORIZONS_S, Prediction
+from companion.experiments.wander import OCTAVES_HZ, WanderComparison
 
 
 @dataclass(frozen=True, eq=False)
 class RecordingFidelity:
-    """All that was found for one recording: its name, the vehicle that flew as its twin, and its segments."""
+    """All that was found for one recording.
+
+    Attributes:
+        name: of the recording.
+        vehicle: the twin.
+        segments: what was flown.
+        hover: how both wandered in hover, where that is known.
+    """
 
     name: str
     vehicle: str
     segments: Sequence[SegmentFidelity]
+    hover: WanderComparison | None = None
 
     @property
     def flights(self) -> list[TwinFlight]:
@@ -34,6 +43,22 @@ class RecordingFidelity:
         return median(ratios) if ratios else None
 
 
+def hover_line(hover: WanderComparison) -> str:
+    """The positions' wander in hover, in words."""
+    twin, recorded = (" / ".join(f"{m:.3f}" for m in each.deviation_m) for each in hover)
+    return f"hover, north / east / down: the twin wanders by {twin} m, the recorded vehicle by {recorded} m"
+
+
+def _hover_json(hover: WanderComparison) -> dict[str, Any]:
+    """Standard deviations (m), and the twin's power over the recorded one in each octave (Hz), by axis."""
+    return {
+        "deviation_m": hover.twin.deviation_m.tolist(),
+        "recorded_deviation_m": hover.recorded.deviation_m.tolist(),
+        "octaves_hz": OCTAVES_HZ,
+        "power_ratio": (hover.twin.powers[0] / hover.recorded.powers[0]).tolist(),
+    }
+
+
 def as_json(fidelity: RecordingFidelity) -> dict[str, Any]:
     """One recording's entry of the result; metres."""
     whole = pooled(fidelity.flights)
@@ -42,6 +67,7 @@ def as_json(fidelity: RecordingFidelity) -> dict[str, Any]:
         "vehicle": fidelity.vehicle,
         "median_ratio": fidelity.median_ratio,
         "pooled": None if whole is None else asdict(whole) | {"allowed_m2": whole.allowed_m2},
+        "hover": None if fidelity.hover is None else _hover_json(fidelity.hover),
         "segments": [
             {
                 "id": flight.segment.id,

@@ -124,6 +124,22 @@ def simulated_wander(
     return _windows(states, _SETTLING_S + window_s * np.arange(windows), window_s)
 
 
+class WanderComparison(NamedTuple):
+    """How a twin wanders in hover and how the recorded vehicle did, of one window's length."""
+
+    twin: Wander
+    recorded: Wander
+
+
+def compare_wander(vehicle: Vehicle, recording: Recording) -> WanderComparison | None:
+    """In hover under the vehicle's own errors; None where it has none, or the recording no hover."""
+    hover = recording.hover
+    if vehicle.estimator is None or hover is None or hover.end_s - hover.start_s < SHORTEST_HOVER_S:
+        return None
+    twin = simulated_wander(vehicle, vehicle.estimator, hover.end_s - hover.start_s)
+    return WanderComparison(twin, recorded_wander(recording))
+
+
 def fit_estimator_errors(
     vehicle: Vehicle, recording: Recording, *, windows: int = SIMULATED_WINDOWS, seed: int = 0
 ) -> EstimatorErrors:

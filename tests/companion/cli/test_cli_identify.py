@@ -91,6 +91,9 @@ def test_recordings_are_compared_with_the_twins_they_name(companion: Run, tmp_pa
     assert ardupilot["median_ratio"] < 0.35
     assert px4["pooled"]["twin_m2"] <= px4["pooled"]["allowed_m2"]
     for recording in (px4, ardupilot):
+        hover = recording["hover"]
+        for twin_m, flown_m in zip(hover["deviation_m"], hover["recorded_deviation_m"], strict=True):
+            assert 0.5 < twin_m / flown_m < 2.0
         for segment in recording["segments"]:
             predicted = segment["prediction"]["0.36"]
             assert predicted["gp_rms_m"] < 1.05 * predicted["constant_velocity_rms_m"]

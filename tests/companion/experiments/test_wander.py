@@ -6,6 +6,7 @@ import pytest
 from companion.errors import InputError
 from companion.experiments.wander import (
     OCTAVES_HZ,
+    compare_wander,
     fit_estimator_errors,
     hover_of,
     recorded_wander,
@@ -76,3 +77,12 @@ def test_a_twin_with_the_fitted_errors_wanders_as_the_recording() -> None:
 def test_a_recording_without_hover_says_what_to_do() -> None:
     with pytest.raises(InputError, match="no hover of 10 s"):
         recorded_wander(hover(ERRORS, seed=1, window_s=6.0))
+
+
+def test_twin_and_recording_are_compared_where_both_are_known() -> None:
+    wandering = VEHICLE.model_copy(update={"estimator": ERRORS})
+    compared = compare_wander(wandering, hover(ERRORS, seed=3))
+    assert compared is not None
+    assert compared.twin.deviation_m == pytest.approx(compared.recorded.deviation_m, rel=0.6)
+    assert compare_wander(VEHICLE.model_copy(update={"estimator": None}), hover(ERRORS, seed=3)) is None
+    assert compare_wander(wandering, hover(ERRORS, seed=3, window_s=6.0)) is None
