@@ -32,7 +32,7 @@ LEGEND: dict[str, str] = {
     Strategy.FEEDFORWARD: "sends its acceleration too",
     Strategy.LOOKAHEAD: "sends position and velocity a constant time early",
     Strategy.DNN: f"sends what {SOURCE}'s inverse network says",
-    Strategy.GP: "is feedforward, corrected by a model of the last two seconds of flight",
+    Strategy.GP: "is feedforward, corrected by a model of the last ten seconds of flight",
     Strategy.DNN_GP: "is dnn, corrected likewise",
 }
 
