@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from companion.arrays import Array, Vec3
+from companion.flight.guard import limit_length
 from companion.flight.preview import DesiredMotion, desired_ahead, state_of
 from companion.flight.reference import Correction, Reference
 from companion.learning.correction import Confidence, adaptation_gain, velocity_correction
@@ -54,7 +55,7 @@ class OnlineCorrection:
         self._velocity_confidence = Confidence(settings.velocity_caution, settings.memory)
         self._flown = MotionHistory(2.0 * settings.preview.longest_s + 1.0)
         self._awaiting: deque[_Sent] = deque()
-        self._previous_u2 = np.zeros(3)
+        self._previous_u2: Vec3 = np.zeros(3)
 
     def observe(self, state: VehicleState) -> None:
         """Take in where the vehicle was; steps whose outcome is now known become observations."""
@@ -72,7 +73,7 @@ class OnlineCorrection:
         self._confidence.expect(predicted.error)
         self._velocity_confidence.expect(predicted.velocity_error)
         alpha = self._confidence.share * adaptation_gain(self.settings.gain, predicted.gradient)
-        u2 = alpha * predicted.error
+        u2 = limit_length(alpha * predicted.error, self.settings.longest_m)
         velocity = self._velocity_correction(u2, predicted)
         self._previous_u2 = u2
         return OnlineStep(Correction(u2, velocity), predicted, alpha)

@@ -21,6 +21,8 @@ class OnlineSettings(BaseModel):
         kernel: σ1², σ2², and l but where the process is linear.
         form: what the process predicts (`error_prediction`), or `motion`, which is linear (`motion_model`).
         gain: α, constant or estimated.
+        longest_m: u2 is scaled down to this length (m): an error that takes more shows a vehicle at its
+            limits, and the correction would only drive it against them.
         velocity: how the reference velocity is corrected: by the finite difference of u2, by the predicted
             velocity error times `velocity_gain`, or not at all.
         velocity_gain: see there.
@@ -38,6 +40,7 @@ class OnlineSettings(BaseModel):
     kernel: Kernel | LinearKernel
     form: FormName | Literal["motion"]
     gain: Gain
+    longest_m: PositiveFloat = 1.0
     velocity: Literal["finite_difference", "predicted", "uncorrected"]
     velocity_gain: GainValue = 0.0
     caution: NonNegativeFloat = 0.0
@@ -72,6 +75,7 @@ DEFAULT = OnlineSettings(
     kernel=LinearKernel(prior_variance=1.0, noise_variance=0.02),
     form="motion",
     gain=ConstantGain(alpha=(5.0, 5.0, 5.0)),
+    longest_m=0.5,
     velocity="predicted",
     velocity_gain=3.0,
     velocity_caution=5.0,

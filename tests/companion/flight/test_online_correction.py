@@ -23,7 +23,7 @@ def _wave(duration_s: float = 20.0) -> Trajectory:
     def motion(time_s: Vec3) -> tuple[Vec3, Vec3, Vec3]:
         angle = np.outer(time_s, [1.0, 1.3, 0.7])
         rate = np.array([1.0, 1.3, 0.7])
-        return np.sin(angle), rate * np.cos(angle), -(rate**2) * np.sin(angle)
+        return 0.5 * np.sin(angle), 0.5 * rate * np.cos(angle), -0.5 * rate**2 * np.sin(angle)
 
     return trajectory_of("wave", duration_s, motion)
 
@@ -75,6 +75,19 @@ def test_nothing_is_corrected_before_anything_is_known() -> None:
     online = correction.correct(Reference(np.ones(3), np.zeros(3)), trajectory, 0.0, state)
     np.testing.assert_array_equal(online.u2.position, np.zeros(3))
     np.testing.assert_array_equal(online.u2.velocity, np.zeros(3))
+
+
+def test_the_correction_keeps_to_its_length() -> None:
+    short = OnlineCorrection(DEFAULT.model_copy(update={"longest_m": 0.01, "velocity": "uncorrected"}))
+    trajectory, longest_m = _wave(), 0.0
+    for k in range(200):
+        state = _state(k * STEP_S, np.array((0.3, 0.0, 0.0)), np.zeros(3))
+        short.observe(state)
+        u1 = Reference(trajectory.at(k * STEP_S).position, np.zeros(3))
+        u2 = short.correct(u1, trajectory, k * STEP_S, state).u2.position
+        short.sent(u1, trajectory, k * STEP_S, state)
+        longest_m = max(longest_m, float(np.linalg.norm(u2)))
+    assert longest_m == pytest.approx(0.01)
 
 
 def test_a_motion_is_interpolated_but_not_across_gaps() -> None:
