@@ -75,7 +75,7 @@ DEFAULT = OnlineSettings(
     kernel=LinearKernel(prior_variance=1.0, noise_variance=0.02),
     form="motion",
     gain=ConstantGain(alpha=(5.0, 5.0, 5.0)),
-    longest_m=0.5,
+    longest_m=0.7,
     velocity="predicted",
     velocity_gain=3.0,
     velocity_caution=5.0,
