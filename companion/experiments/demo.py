@@ -33,7 +33,7 @@ LEGEND: dict[str, str] = {
     Strategy.LOOKAHEAD: "sends position and velocity a constant time early",
     Strategy.DNN: f"sends what {SOURCE}'s inverse network says",
     Strategy.GP: "is feedforward, corrected by a model of the last ten seconds of flight",
-    Strategy.DNN_GP: "is dnn, corrected likewise",
+    Strategy.DNN_GP: "goes part of the way from there to dnn, corrected likewise",
 }
 
 
