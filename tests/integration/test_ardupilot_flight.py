@@ -15,6 +15,7 @@ from companion.autopilot import detect
 from companion.autopilot.interface import MotionLimits
 from companion.errors import RefusedError, TakenError, TrackingError
 from companion.flight.flight import FlightPlan, fly
+from companion.flight.guard import GuardLimits
 from companion.flight.strategies import position_velocity_acceleration
 from companion.link import connect, start_telemetry
 from companion.link.dialect import mavlink
@@ -175,11 +176,16 @@ async def test_it_is_flown_over_udp() -> None:
     (endpoint,) = ENDPOINTS["ardupilot"](1, "127.0.0.1")
     async with asyncio.TaskGroup() as group:
         at_port = replace(endpoint, peer=("127.0.0.1", port))
-        serving = group.create_task(serve(vehicle, [at_port], speed=4.0, say=lambda line: None))
+        serving = group.create_task(serve(vehicle, [at_port], speed=1.0, say=lambda line: None))
         async with connect(f"udpin://127.0.0.1:{port}") as connection:
             telemetry = await start_telemetry(connection)
             autopilot = await detect(connection, telemetry)
-            plan = FlightPlan(straight(), position_velocity_acceleration, settle_s=0.5)
+            plan = FlightPlan(
+                straight(),
+                position_velocity_acceleration,
+                settle_s=0.5,
+                limits=GuardLimits(state_age_s=5.0),  # a busy machine is no fault of the link
+            )
             outcome = await fly(plan, autopilot, telemetry, provenance=PROVENANCE)
         serving.cancel()
     assert outcome.accuracy.max_m < 1.0
