@@ -167,6 +167,7 @@ def test_the_same_flight_gives_the_same_states() -> None:
     assert states() == states()
 
 
+@pytest.mark.realtime
 async def test_it_is_flown_over_udp() -> None:
     open_vehicle("arducopter_sitl").advance(0.01)  # compiled before anybody waits
     vehicle = open_vehicle("arducopter_sitl")

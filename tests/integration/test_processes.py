@@ -33,9 +33,10 @@ async def line_with(text: str, process: Process) -> str:
     raise AssertionError(f"it ended without saying {text!r}")
 
 
+@pytest.mark.realtime
 @pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])
 async def test_a_flight_that_is_stopped_leaves_the_vehicle_in_a_hold(stop: signal.Signals) -> None:
-    serve = ("sitl", "--system-id", str(SYSTEM_ID), "--speed", "4")
+    serve = ("sitl", "--system-id", str(SYSTEM_ID), "--speed", "2")
     fly = ("fly", "star", "--connect", f"udpin://127.0.0.1:{PORT}")
     async with companion(*serve) as vehicle, companion(*fly) as flight:
         await line_with("tracking star", flight)

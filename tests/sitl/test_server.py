@@ -82,6 +82,7 @@ def arm_and_take_off(connection: Any) -> float:
     return height_m
 
 
+@pytest.mark.realtime
 async def test_a_pymavlink_client_arms_and_takes_off() -> None:
     open_vehicle("bebop2").advance(0.01)  # compiled before anybody waits
     vehicle = open_vehicle("bebop2")
