@@ -2,6 +2,7 @@
 
 SitlError
 ├── ConfigError    a vehicle, conditions or other file is missing or wrong
+├── ParameterRefusedError    a parameter does not exist, or may not have that value
 └── ServeError     the vehicle cannot be served: port in use, peer unknown
 """
 
@@ -26,6 +27,10 @@ class ConfigError(SitlError):
         self.file = str(file)
         self.key = key
         self.reason = reason
+
+
+class ParameterRefusedError(SitlError):
+    """A parameter does not exist, or may not have that value."""
 
 
 class ServeError(SitlError):

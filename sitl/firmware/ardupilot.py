@@ -11,10 +11,12 @@ import numpy as np
 from sitl.arrays import Vec3
 from sitl.battery import Pack
 from sitl.estimator import STEPS_PER_S, Estimator
-from sitl.firmware.ardupilot_attitude import begin_attitude
+from sitl.firmware.ardupilot_attitude import attitude_gains, begin_attitude, rate_gains
 from sitl.firmware.ardupilot_guidance import Guidance
 from sitl.firmware.ardupilot_loops import begin_control, fly_tick, new_loops, start_sensors
-from sitl.firmware.ardupilot_position import learn_hover
+from sitl.firmware.ardupilot_parameters import ArduPilotParameters
+from sitl.firmware.ardupilot_path import path_limits
+from sitl.firmware.ardupilot_position import learn_hover, position_gains
 from sitl.firmware.ardupilot_takeoff import Phase, Takeoff
 from sitl.firmware.ardupilot_tuning import tuned_parameters
 from sitl.firmware.interface import (
@@ -52,13 +54,13 @@ class ArduPilot:
     """Implements `interface.Firmware`; GUIDED is `Mode.OFFBOARD`, LOITER is `Mode.HOLD`."""
 
     def __init__(self, vehicle: Vehicle, estimator: Estimator, pack: Pack) -> None:
-        self.parameters = tuned_parameters(vehicle)
-        self._loops = new_loops(vehicle, self.parameters)
-        self._guidance = Guidance(self.parameters, self._loops.path)
+        self._parameters = tuned_parameters(vehicle)
+        self._loops = new_loops(vehicle, self._parameters)
+        self._guidance = Guidance(self._parameters, self._loops.path)
         self._estimator = estimator
         self._pack = pack
         self._mode = Mode.STABILIZE
-        self._takeoff = Takeoff(self.parameters)
+        self._takeoff = Takeoff(self._parameters)
         self._armed = False
         self._failsafe = False
         self._time_s = 0.0
@@ -129,12 +131,31 @@ class ArduPilot:
             sensors_ok=True, position_ok=self._position_ok, ready_to_arm=self._reason_not_to_arm() is None
         )
 
+    @property
+    def parameters(self) -> ArduPilotParameters:
+        """What it flies by now."""
+        return self._parameters
+
     def take_status_texts(self) -> list[StatusText]:
         """The texts since the last call, oldest first."""
         texts, self._texts = self._texts, []
         return texts
 
     # What it is asked
+
+    def set_parameter(self, name: str, value: float) -> None:
+        """Fly by another value from now on; see `interface.Autopilot`."""
+        self._parameters = p = self._parameters.changed(name, value)
+        self._loops = self._loops._replace(
+            limits=path_limits(p),
+            position=position_gains(p),
+            attitude=attitude_gains(p),
+            rates=rate_gains(p),
+            mixer=self._loops.mixer._replace(yaw_headroom=0.001 * p.MOT_YAW_HEADROOM),
+            headroom=p.ATC_THR_MIX_MAX,
+        )
+        self._guidance.use(p)
+        self._takeoff.use(p)
 
     def arm(self, *, force: bool = False) -> Result:
         """Arm, unless a check refuses; the reason is a status text."""
@@ -256,7 +277,7 @@ class ArduPilot:
         if self._takeoff.phase is not Phase.GROUND:
             return
         has_landed = before is Phase.FLIGHT and self._mode is Mode.LAND
-        if has_landed or 0.0 < self.parameters.DISARM_DELAY <= self._takeoff.elapsed_s:
+        if has_landed or 0.0 < self._parameters.DISARM_DELAY <= self._takeoff.elapsed_s:
             self._disarm()
 
     def _fly(self) -> None:
@@ -267,19 +288,19 @@ class ArduPilot:
             self._guidance.descend(self._height)
         elif self._mode is Mode.RTL:
             self._return_home()
-        if self.parameters.MOT_HOVER_LEARN:
+        if self._parameters.MOT_HOVER_LEARN:
             self._learn_hover()
 
     def _return_home(self) -> None:
         self._guidance.next_leg()
         if not self._guidance.arrived:
             self._over_home_s = self._time_s
-        elif self._time_s - self._over_home_s >= 1e-3 * self.parameters.RTL_LOIT_TIME:
+        elif self._time_s - self._over_home_s >= 1e-3 * self._parameters.RTL_LOIT_TIME:
             self._enter(Mode.LAND)
 
     def _watch_setpoints(self) -> None:
         at_s = self._setpoint_at_s
-        if at_s is not None and self._time_s - at_s > self.parameters.GUID_TIMEOUT:
+        if at_s is not None and self._time_s - at_s > self._parameters.GUID_TIMEOUT:
             self._setpoint_at_s = None
             self._guidance.lose_setpoints()
 
@@ -307,7 +328,7 @@ class ArduPilot:
 
     def _watch_battery(self) -> None:
         """Warn when the voltage stays low, and land or return if BATT_FS_LOW_ACT says so."""
-        p = self.parameters
+        p = self._parameters
         low = self._pack.state[1] < p.BATT_LOW_VOLT
         before_s = self._low_battery_s
         self._low_battery_s = before_s + TICK_S if low else 0.0
@@ -337,7 +358,7 @@ class ArduPilot:
         self._guidance.stop()
         if mode is Mode.RTL:
             here = self._loops.path.position
-            down = min(here[2], self._home[2] - 0.01 * self.parameters.RTL_ALT)
+            down = min(here[2], self._home[2] - 0.01 * self._parameters.RTL_ALT)
             self._over_home_s = self._time_s
             self._guidance.fly_over(
                 [np.array((here[0], here[1], down)), np.array((self._home[0], self._home[1], down))]
@@ -367,7 +388,7 @@ class ArduPilot:
             return f"{_NAMES[self._mode]} mode not armable"
         if not self._position_ok:
             return "Need Position Estimate"
-        if self._low_battery_s > 0.0 or self._pack.state[1] < self.parameters.BATT_LOW_VOLT:
+        if self._low_battery_s > 0.0 or self._pack.state[1] < self._parameters.BATT_LOW_VOLT:
             return "Battery failsafe"
         return None
 

@@ -33,11 +33,15 @@ class Guidance:
     """
 
     def __init__(self, parameters: ArduPilotParameters, path: Path) -> None:
-        self._parameters = parameters
+        self.use(parameters)
         self._path = path
         self._legs: list[Vec3] = []
         self.target = target()
         self.stop()
+
+    def use(self, parameters: ArduPilotParameters) -> None:
+        """Go by these from now on."""
+        self._parameters = parameters
 
     @property
     def setpoint(self) -> Setpoint:

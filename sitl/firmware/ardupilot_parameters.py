@@ -5,15 +5,19 @@ Names are those of Copter 4.5 and 4.6; 4.7 gave some of them new names and SI un
 Source: complete parameter list, https://ardupilot.org/copter/docs/parameters.html
 """
 
-from typing import Literal
+from typing import Annotated, Literal, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
+
+from sitl.firmware.parameters import Parameters, Stored
+
+Int8: TypeAlias = Annotated[int, Stored.INT8]
+Int16: TypeAlias = Annotated[int, Stored.INT16]
+Switch: TypeAlias = Annotated[Literal[0, 1], Stored.INT8]
 
 
-class ArduPilotParameters(BaseModel):
+class ArduPilotParameters(Parameters):
     """One value a parameter; lengths in cm and angles in centidegrees wherever ArduPilot has them so."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     # Limits of the path that GUIDED shapes
     WPNAV_SPEED: float = Field(1000.0, ge=10.0, le=2000.0)
@@ -47,7 +51,7 @@ class ArduPilotParameters(BaseModel):
     PSC_ACCZ_FLTD: float = Field(0.0, ge=0.0, le=100.0)
     PSC_ANGLE_MAX: float = Field(0.0, ge=0.0, le=45.0)
     """Degrees; 0: ANGLE_MAX."""
-    ANGLE_MAX: float = Field(3000.0, ge=1000.0, le=8000.0)
+    ANGLE_MAX: Int16 = Field(3000, ge=1000, le=8000)
 
     # Attitude control
     ATC_INPUT_TC: float = Field(0.15, ge=0.0, le=1.0)
@@ -83,24 +87,59 @@ class ArduPilotParameters(BaseModel):
     ATC_RAT_RLL_FLTD: float = Field(20.0, ge=0.0, le=100.0)
     ATC_RAT_PIT_FLTD: float = Field(20.0, ge=0.0, le=100.0)
     ATC_RAT_YAW_FLTD: float = Field(0.0, ge=0.0, le=100.0)
-    INS_GYRO_FILTER: float = Field(20.0, ge=1.0, le=256.0)
-    INS_ACCEL_FILTER: float = Field(20.0, ge=1.0, le=256.0)
+    INS_GYRO_FILTER: Int16 = Field(20, ge=1, le=256)
+    INS_ACCEL_FILTER: Int16 = Field(20, ge=1, le=256)
 
     # Motors
     MOT_THST_HOVER: float = Field(0.35, ge=0.1, le=0.8)
-    MOT_HOVER_LEARN: Literal[0, 1, 2] = 2
+    MOT_HOVER_LEARN: Annotated[Literal[0, 1, 2], Stored.INT8] = 2
     """0 keeps MOT_THST_HOVER; 1 and 2 learn it in slow flight (nothing is saved either way)."""
-    MOT_YAW_HEADROOM: float = Field(200.0, ge=0.0, le=500.0)
+    MOT_YAW_HEADROOM: Int16 = Field(200, ge=0, le=500)
     MOT_SPOOL_TIME: float = Field(0.5, ge=0.05, le=2.0)
 
     # Modes, arming, failsafes
     TKOFF_SLEW_TIME: float = Field(2.0, ge=0.25, le=5.0)
-    LAND_SPEED: float = Field(50.0, ge=30.0, le=200.0)
-    LAND_ALT_LOW: float = Field(1000.0, ge=100.0, le=10000.0)
-    RTL_ALT: float = Field(1500.0, ge=30.0, le=300000.0)
-    RTL_LOIT_TIME: float = Field(5000.0, ge=0.0, le=60000.0)
-    DISARM_DELAY: float = Field(10.0, ge=0.0, le=127.0)
+    LAND_SPEED: Int16 = Field(50, ge=30, le=200)
+    LAND_ALT_LOW: Int16 = Field(1000, ge=100, le=10000)
+    RTL_ALT: int = Field(1500, ge=30, le=300000)
+    RTL_LOIT_TIME: int = Field(5000, ge=0, le=60000)
+    DISARM_DELAY: Int8 = Field(10, ge=0, le=127)
     BATT_LOW_VOLT: float = Field(10.5, ge=0.0, le=120.0)
-    BATT_LOW_TIMER: float = Field(10.0, ge=0.0, le=120.0)
-    BATT_FS_LOW_ACT: Literal[0, 1, 2] = 0
+    BATT_LOW_TIMER: Int16 = Field(10, ge=0, le=120)
+    BATT_FS_LOW_ACT: Annotated[Literal[0, 1, 2], Stored.INT8] = 0
     """None, Land, RTL."""
+    FS_GCS_ENABLE: Annotated[Literal[0, 1, 3, 4, 5, 6, 7], Stored.INT8] = 0
+    """When the ground station of SYSID_MYGCS is gone: nothing, Land for 5, else RTL."""
+    FS_GCS_TIMEOUT: float = Field(5.0, ge=2.0, le=120.0)
+    FS_OPTIONS: int = Field(16, ge=0, le=63)
+    """Bit 2: go on in GUIDED when the ground station is gone."""
+    SYSID_THISMAV: Int16 = Field(1, ge=1, le=255)
+    SYSID_MYGCS: Int16 = Field(255, ge=1, le=255)
+    ARMING_CHECK: int = Field(1, ge=0, le=0xFFFFF)
+
+    # Missions, rally points and fences
+    WPNAV_RADIUS: float = Field(200.0, ge=5.0, le=1000.0)
+    WP_YAW_BEHAVIOR: Annotated[Literal[0, 1, 2, 3], Stored.INT8] = 2
+    AUTO_OPTIONS: int = Field(0, ge=0, le=255)
+    """Bit 0: arming in AUTO; bit 1: taking off without the pilot's throttle."""
+    MIS_TOTAL: Int16 = Field(0, ge=0, le=32766)
+    MIS_RESTART: Switch = 0
+    MIS_OPTIONS: Int16 = Field(0, ge=0, le=255)
+    RTL_ALT_FINAL: Int16 = Field(0, ge=0, le=1000)
+    RTL_CLIMB_MIN: Int16 = Field(0, ge=0, le=3000)
+    RTL_SPEED: Int16 = Field(0, ge=0, le=2000)
+    RTL_CONE_SLOPE: float = Field(3.0, ge=0.0, le=10.0)
+    LAND_SPEED_HIGH: Int16 = Field(0, ge=0, le=500)
+    RALLY_TOTAL: Int8 = Field(0, ge=0, le=127)
+    RALLY_LIMIT_KM: float = Field(0.3, ge=0.0)
+    RALLY_INCL_HOME: Switch = 1
+    FENCE_ENABLE: Switch = 0
+    FENCE_TYPE: Int8 = Field(7, ge=0, le=15)
+    """Bits: altitude, circle around home, inclusions and exclusions, least altitude."""
+    FENCE_ACTION: Annotated[Literal[0, 1, 2, 3, 4, 5], Stored.INT8] = 1
+    """Report only; RTL or Land; Land; SmartRTL, RTL or Land; Brake or Land; SmartRTL or Land."""
+    FENCE_ALT_MAX: float = Field(100.0, ge=10.0, le=1000.0)
+    FENCE_ALT_MIN: float = Field(-10.0, ge=-100.0, le=100.0)
+    FENCE_RADIUS: float = Field(300.0, ge=30.0, le=10000.0)
+    FENCE_MARGIN: float = Field(2.0, ge=1.0, le=10.0)
+    FENCE_TOTAL: Int8 = Field(0, ge=0, le=127)

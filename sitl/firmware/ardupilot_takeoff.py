@@ -31,11 +31,15 @@ class Takeoff:
     """
 
     def __init__(self, parameters: ArduPilotParameters) -> None:
-        self._parameters = parameters
-        self._lifted_m_s = _LIFTED_SPEED_SHARE * 0.01 * parameters.WPNAV_SPEED_UP
         self._still_s = 0.0
         self.phase = Phase.GROUND
         self.elapsed_s = 0.0
+        self.use(parameters)
+
+    def use(self, parameters: ArduPilotParameters) -> None:
+        """Go by these from now on."""
+        self._parameters = parameters
+        self._lifted_m_s = _LIFTED_SPEED_SHARE * 0.01 * parameters.WPNAV_SPEED_UP
 
     @property
     def open_throttle(self) -> float:

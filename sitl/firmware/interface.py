@@ -10,6 +10,7 @@ from typing import Protocol
 import numpy as np
 
 from sitl.arrays import Quaternion, Vec3
+from sitl.firmware.parameters import Parameters
 from sitl.plant import Plant, TickNoise
 
 _OFF = float("nan")
@@ -164,6 +165,19 @@ class Autopilot(Protocol):
     @property
     def health(self) -> Health:
         """Of sensors and estimate, and whether arming would be accepted."""
+        ...
+
+    @property
+    def parameters(self) -> Parameters:
+        """What it flies by now, under the autopilot's own names."""
+        ...
+
+    def set_parameter(self, name: str, value: float) -> None:
+        """Fly by another value from now on.
+
+        Raises:
+            ParameterRefusedError: an unknown name, or a value that it may not have.
+        """
         ...
 
     def arm(self, *, force: bool = False) -> Result:

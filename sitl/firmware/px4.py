@@ -25,6 +25,7 @@ from sitl.firmware.interface import (
 )
 from sitl.firmware.px4_control import Control
 from sitl.firmware.px4_guidance import Guidance
+from sitl.firmware.px4_parameters import Px4Parameters
 from sitl.firmware.px4_takeoff import LandDetector, TakeoffPhase
 from sitl.firmware.px4_tuning import tuned_parameters
 from sitl.plant import STEPS_PER_TICK, TICK_S, Plant, TickNoise
@@ -38,12 +39,12 @@ class Px4:
     """Implements `interface.Firmware`."""
 
     def __init__(self, vehicle: Vehicle, estimator: Estimator, pack: Pack) -> None:
-        self.parameters = tuned_parameters(vehicle)
+        self._parameters = tuned_parameters(vehicle)
         self._estimator = estimator
         self._pack = pack
-        self._control = Control(vehicle, self.parameters, estimator)
-        self._guidance = Guidance(self.parameters, estimator, self._control.setpoint, TICK_S)
-        self._land_detector = LandDetector(self.parameters.MPC_THR_HOVER)
+        self._control = Control(vehicle, self._parameters, estimator)
+        self._guidance = Guidance(self._parameters, estimator, self._control.setpoint, TICK_S)
+        self._land_detector = LandDetector(self._parameters)
         self._time_s = 0.0
         self._mode = Mode.HOLD
         self._armed = False
@@ -130,12 +131,24 @@ class Px4:
             sensors_ok=True, position_ok=position_ok, ready_to_arm=self._reason_not_to_arm() is None
         )
 
+    @property
+    def parameters(self) -> Px4Parameters:
+        """What it flies by now."""
+        return self._parameters
+
     def take_status_texts(self) -> list[StatusText]:
         """The texts since the last call, oldest first."""
         texts, self._texts = self._texts, []
         return texts
 
     # What it is asked
+
+    def set_parameter(self, name: str, value: float) -> None:
+        """Fly by another value from now on; see `interface.Autopilot`."""
+        self._parameters = parameters = self._parameters.changed(name, value)
+        self._control.use(parameters)
+        self._guidance.use(parameters)
+        self._land_detector.use(parameters)
 
     def arm(self, *, force: bool = False) -> Result:
         """Arm, unless a check refuses; the reason is a status text."""
@@ -178,7 +191,7 @@ class Px4:
         if not self.on_ground:
             self._say(Severity.CRITICAL, "Takeoff denied: already flying")
             return Result.TEMPORARILY_REJECTED
-        climb = self.parameters.MIS_TAKEOFF_ALT if altitude_m is None else altitude_m
+        climb = self._parameters.MIS_TAKEOFF_ALT if altitude_m is None else altitude_m
         if not climb > 0.0:
             self._say(Severity.CRITICAL, "Takeoff denied: altitude must be above the vehicle")
             return Result.DENIED
@@ -227,7 +240,7 @@ class Px4:
         if self._armed:
             self._watch_offboard()
             self._watch_battery()
-        p, takeoff = self.parameters, self._control.takeoff
+        p, takeoff = self._parameters, self._control.takeoff
         takeoff.update(armed=self._armed, landed=self.on_ground, wanted=self._wants_takeoff(), dt=TICK_S)
         climb = p.MPC_TKO_SPEED if self._mode is Mode.TAKEOFF else p.MPC_Z_VEL_MAX_UP
         max_up = takeoff.climb_limit(climb)
@@ -302,7 +315,7 @@ class Px4:
             self._mode = Mode.HOLD
 
     def _disarm_when_idle(self) -> None:
-        p = self.parameters
+        p = self._parameters
         limit_s = p.COM_DISARM_LAND if self._has_flown else p.COM_DISARM_PRFLT
         if self._control.takeoff.phase is TakeoffPhase.RAMPUP:
             self._idle_since_s = self._time_s
@@ -320,7 +333,7 @@ class Px4:
         """Loss of the setpoints, and their return while nobody has chosen another mode since."""
         alive = self._offboard_is_alive()
         if self._mode is Mode.OFFBOARD and not alive:
-            self._enter(_MODE_WHEN_OFFBOARD_IS_LOST[self.parameters.COM_OBL_RC_ACT])
+            self._enter(_MODE_WHEN_OFFBOARD_IS_LOST[self._parameters.COM_OBL_RC_ACT])
             self._offboard_interrupted = True
             self._say(Severity.WARNING, f"Failsafe: offboard setpoints lost, mode {self._mode.name}")
         elif self._offboard_interrupted and alive:
@@ -330,7 +343,7 @@ class Px4:
 
     def _watch_battery(self) -> None:
         """Warn when low; return when critical, land when nearly empty (COM_LOW_BAT_ACT 3)."""
-        p = self.parameters
+        p = self._parameters
         remaining = float(self._pack.state[0])
         thresholds = (p.BAT_LOW_THR, p.BAT_CRIT_THR, p.BAT_EMERGEN_THR)
         level = sum(remaining < threshold for threshold in thresholds)
@@ -353,18 +366,18 @@ class Px4:
             self._guidance.land()
         elif mode is Mode.RTL:
             here = self._estimator.position
-            height = min(here[2], self._home[2] - self.parameters.RTL_RETURN_ALT)
+            height = min(here[2], self._home[2] - self._parameters.RTL_RETURN_ALT)
             above_home = np.array((self._home[0], self._home[1], height))
             self._guidance.follow([np.array((here[0], here[1], height)), above_home], lands=True)
 
     def _offboard_is_alive(self) -> bool:
         age_s = self._time_s - self._offboard_at_s
-        return age_s < self.parameters.COM_OF_LOSS_T and bool(np.isfinite(self._estimator.position).all())
+        return age_s < self._parameters.COM_OF_LOSS_T and bool(np.isfinite(self._estimator.position).all())
 
     def _reason_not_to_arm(self) -> str | None:
         if not np.isfinite(self._estimator.position).all():
             return "no valid position estimate"
-        if self._pack.state[0] < self.parameters.BAT_LOW_THR:
+        if self._pack.state[0] < self._parameters.BAT_LOW_THR:
             return "low battery"
         if self._mode not in _MODES_TO_ARM_IN:
             return f"mode {self._mode.name} is not suitable for takeoff"

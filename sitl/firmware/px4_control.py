@@ -51,6 +51,14 @@ class Control:
         self._hover_thrust = parameters.MPC_THR_HOVER
         self._true_hover_thrust = vehicle.hover_thrust
 
+    def use(self, parameters: Px4Parameters) -> None:
+        """Go by these from now on; what was integrated and learnt stays."""
+        self._parameters = parameters
+        self._gains = position_gains(parameters)
+        self._loops = self._loops._replace(attitude=attitude_gains(parameters), rates=rate_gains(parameters))
+        self.takeoff.use(parameters)
+        self._learnt.use(parameters)
+
     @property
     def acceleration(self) -> Vec3:
         """Derivative of the estimated velocity, NED (m/s²)."""

@@ -25,16 +25,20 @@ class Guidance:
     def __init__(
         self, parameters: Px4Parameters, estimate: Estimator, setpoint: PositionSetpoint, dt: float
     ) -> None:
-        self._parameters = parameters
         self._dt = dt
         self._estimate = estimate
         self._setpoint = setpoint
+        self.use(parameters)
         self._path = path_at_rest(parameters.MPC_ACC_HOR, parameters.MPC_JERK_AUTO, dt)
         self._targets: list[Vec3] = []
         self._lands = False
         self._target_yaw = 0.0
         self._yaw = 0.0
         self.hold()
+
+    def use(self, parameters: Px4Parameters) -> None:
+        """Go by these from now on; the jerk limit counts from the next target."""
+        self._parameters = parameters
 
     @property
     def target(self) -> Vec3:
@@ -64,6 +68,8 @@ class Guidance:
 
     def restart(self) -> None:
         """Let the path begin anew at the vehicle; targets stay."""
+        p = self._parameters
+        self._path = path_at_rest(p.MPC_ACC_HOR, p.MPC_JERK_AUTO, self._dt)
         begin(self._path, self._estimate.position, self._estimate.velocity, self._dt)
 
     def update(self, max_up: float) -> None:

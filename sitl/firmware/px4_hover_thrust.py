@@ -31,10 +31,14 @@ class HoverThrust:
     """
 
     def __init__(self, parameters: Px4Parameters) -> None:
+        self.use(parameters)
+        self.reset()
+
+    def use(self, parameters: Px4Parameters) -> None:
+        """Go by these from now on."""
         self._parameters = p = parameters
         self._lowest = min(max(p.MPC_THR_HOVER - p.HTE_THR_RANGE, 0.0), 0.8)
         self._highest = min(max(p.MPC_THR_HOVER + p.HTE_THR_RANGE, 0.2), 0.9)
-        self.reset()
 
     def reset(self) -> None:
         """Know nothing but MPC_THR_HOVER."""

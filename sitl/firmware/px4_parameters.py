@@ -5,13 +5,13 @@ Source: PX4 parameter reference, https://docs.px4.io/main/en/advanced_config/par
 
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
+
+from sitl.firmware.parameters import Parameters
 
 
-class Px4Parameters(BaseModel):
+class Px4Parameters(Parameters):
     """One value a parameter; angles in degrees and thrusts as a fraction of the maximum, as in PX4."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     # Position and velocity control
     MPC_XY_P: float = Field(0.95, ge=0.0, le=2.0)
@@ -52,7 +52,23 @@ class Px4Parameters(BaseModel):
     MPC_TKO_RAMP_T: float = Field(3.0, ge=0.0, le=5.0)
     MPC_LAND_SPEED: float = Field(0.7, ge=0.6, le=4.0)
     MIS_TAKEOFF_ALT: float = Field(2.5, ge=0.0, le=80.0)
+    MIS_DIST_1WP: float = Field(10000.0, ge=-1.0, le=100000.0)
+    NAV_ACC_RAD: float = Field(10.0, ge=0.05, le=200.0)
+    NAV_MC_ALT_RAD: float = Field(0.8, ge=0.05, le=200.0)
+    NAV_LOITER_RAD: float = Field(80.0, ge=25.0, le=1000.0)
+    RTL_TYPE: Literal[0, 1, 2, 3, 4, 5] = 0
     RTL_RETURN_ALT: float = Field(60.0, ge=0.0)
+    RTL_DESCEND_ALT: float = Field(30.0, ge=0.0)
+    RTL_LAND_DELAY: float = Field(0.0, ge=-1.0)
+    RTL_MIN_DIST: float = Field(10.0, ge=0.5, le=100.0)
+    RTL_CONE_ANG: Literal[0, 25, 45, 65, 80, 90] = 45
+
+    # Geofence
+    GF_ACTION: Literal[0, 1, 2, 3, 4, 5] = 2
+    """None, Warning, Hold, Return, Terminate, Land."""
+    GF_MAX_HOR_DIST: float = Field(0.0, ge=0.0, le=10000.0)
+    GF_MAX_VER_DIST: float = Field(0.0, ge=0.0, le=10000.0)
+    GF_PREDICT: Literal[0, 1] = 0
 
     # Attitude control
     MC_ROLL_P: float = Field(6.5, ge=0.0, le=12.0)
@@ -85,8 +101,20 @@ class Px4Parameters(BaseModel):
     COM_DISARM_PRFLT: float = Field(10.0)
     COM_DISARM_LAND: float = Field(2.0)
     COM_OF_LOSS_T: float = Field(1.0, ge=0.0, le=60.0)
-    COM_OBL_RC_ACT: Literal[0, 3, 4, 5] = 0
-    """Position (without a pilot: hold), Return, Land, Hold."""
+    COM_OBL_RC_ACT: Literal[0, 1, 2, 3, 4, 5, 6, 7] = 0
+    """Position, Altitude, Manual (without a pilot: hold), Return, Land, Hold, Terminate, Disarm."""
+    COM_RCL_EXCEPT: int = Field(0, ge=0, le=31)
+    """Where the loss of the pilot's control is ignored: bits for Mission, Hold, Offboard."""
+    COM_RC_IN_MODE: int = Field(3, ge=0, le=8)
+    """4: no pilot's control is wanted."""
+    COM_DL_LOSS_T: int = Field(10, ge=5, le=300)
+    COM_FAIL_ACT_T: float = Field(5.0, ge=0.0, le=25.0)
+    NAV_DLL_ACT: Literal[0, 1, 2, 3, 5, 6] = 0
+    """When the ground station is gone: nothing, Hold, Return, Land, Terminate, Disarm."""
+    SYS_FAILURE_EN: Literal[0, 1] = 0
+    MAV_SYS_ID: int = Field(1, ge=1, le=250)
+    SYS_AUTOSTART: int = Field(4001, ge=0, le=9999999)
+    """PX4's generic quadrotor."""
     BAT_LOW_THR: float = Field(0.15, ge=0.12, le=0.5)
     BAT_CRIT_THR: float = Field(0.07, ge=0.05, le=0.5)
     BAT_EMERGEN_THR: float = Field(0.05, ge=0.03, le=0.5)

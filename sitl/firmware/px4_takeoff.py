@@ -34,13 +34,17 @@ class Takeoff:
 
     def __init__(self, parameters: Px4Parameters) -> None:
         self.phase = TakeoffPhase.DISARMED
+        self.use(parameters)
+        self.max_tilt = self._max_tilt_landed
+        self._elapsed_s = 0.0
+
+    def use(self, parameters: Px4Parameters) -> None:
+        """Go by these from now on."""
         self._max_tilt_landed = math.radians(parameters.MPC_TILTMAX_LND)
         self._max_tilt_flying = math.radians(parameters.MPC_TILTMAX_AIR)
-        self.max_tilt = self._max_tilt_landed
         self._spoolup_s = parameters.COM_SPOOLUP_TIME
         self._ramp_s = max(parameters.MPC_TKO_RAMP_T, 1e-3)
         self._no_thrust_speed = -GRAVITY_M_S2 / parameters.MPC_Z_VEL_P_ACC
-        self._elapsed_s = 0.0
 
     def update(self, *, armed: bool, landed: bool, wanted: bool, dt: float) -> None:
         """Move on by `dt` (s); `wanted`: the present mode asks to leave the ground."""
@@ -80,10 +84,14 @@ class Takeoff:
 class LandDetector:
     """Landed: little thrust and no motion for a second; in the air: climbing, or through with taking off."""
 
-    def __init__(self, hover_thrust: float) -> None:
+    def __init__(self, parameters: Px4Parameters) -> None:
         self.landed = True
-        self._low_thrust = _LOW_THRUST_SHARE * hover_thrust
         self._still_s = 0.0
+        self.use(parameters)
+
+    def use(self, parameters: Px4Parameters) -> None:
+        """Go by these from now on."""
+        self._low_thrust = _LOW_THRUST_SHARE * parameters.MPC_THR_HOVER
 
     def update(
         self, *, phase: TakeoffPhase, speed: float, climb_rate: float, thrust: float, dt: float
