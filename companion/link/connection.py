@@ -5,28 +5,25 @@ the autopilot of the system that was connected to, and from nobody else.
 """
 
 import asyncio
-import math
 from collections import defaultdict
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncIterator, Callable
 from contextlib import aclosing, asynccontextmanager
 from functools import partial
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, TypeVar
 
-from companion import clock
 from companion.errors import LinkError, NoReplyError
 from companion.link.address import Address, parse_address
 from companion.link.dialect import Message, mavlink
 from companion.link.framing import Frame, FrameCounts, FrameSplitter, decode
+from companion.link.lasting import LastingTransport, OpenTransport, open_lasting
 from companion.link.opening import open_transport
+from companion.link.presence import Presence
 from companion.link.status_text import StatusTexts
 from companion.link.tasks import Spawn, background_tasks
-from companion.link.transport import Receiver, Transport
+from companion.link.transport import Transport
 
 M = TypeVar("M", bound=Message)
-OpenTransport: TypeAlias = Callable[[Receiver], Awaitable[Transport]]
 
-HEARTBEAT_TIMEOUT_S = 3.0
-"""Without a heartbeat for this long the vehicle counts as lost (as in MAVSDK)."""
 _HEARTBEAT_INTERVAL_S = 1.0
 _COMPONENT_ID = mavlink.MAV_COMP_ID_ONBOARD_COMPUTER
 _AUTOPILOT = mavlink.MAV_COMP_ID_AUTOPILOT1
@@ -39,6 +36,8 @@ async def connect(
 ) -> AsyncIterator["Connection"]:
     """Connect to the vehicle at `address`, until the block ends.
 
+    A link that breaks later does not end the block: it is opened again, and `Connection.presence` tells.
+
     Args:
         address: a connection string, such as `udpin://0.0.0.0:14540`, or what it means.
         system_id: of the vehicle; without it, the first vehicle that is heard.
@@ -46,7 +45,7 @@ async def connect(
 
     Raises:
         InputError: the connection string is wrong.
-        LinkError: the transport cannot be opened, no vehicle is there, or the link ended.
+        LinkError: the transport cannot be opened, or no vehicle is there.
     """
     target = parse_address(address) if isinstance(address, str) else address
     opener = partial(open_transport, target)
@@ -60,7 +59,8 @@ async def connect_over(
 ) -> AsyncIterator["Connection"]:
     """As `connect`, over whatever transport `opener` opens."""
     connection = Connection(system_id)
-    async with aclosing(await opener(connection)) as transport, background_tasks() as spawn:
+    async with aclosing(await open_lasting(opener, connection)) as transport, background_tasks() as spawn:
+        spawn(transport.keep_open())
         connection.start(transport, spawn)
         await connection.find_vehicle(timeout_s)
         yield connection
@@ -70,22 +70,22 @@ class Connection:
     """A vehicle that was found, and the way to it; made by `connect`.
 
     Attributes:
-        transport: what carries the bytes.
         spawn: starts a task that ends with the connection, and ends the connection when it fails.
         system_id: of the vehicle, and therefore ours too; 0 until it is found.
+        presence: whether the vehicle is still heard.
         status_texts: what the vehicle said in words.
         strange_frames: how many valid frames came from other systems and components.
     """
 
-    transport: Transport
     spawn: Spawn
+    _transport: LastingTransport
 
     def __init__(self, system_id: int | None) -> None:
         self.system_id = system_id or 0
+        self.presence = Presence()
         self.status_texts = StatusTexts()
         self.strange_frames = 0
         self._heartbeat: mavlink.MAVLink_heartbeat_message | None = None
-        self._heard_s = -math.inf
         self._strange_systems: set[int] = set()
         self._found = asyncio.Event()
         self._failure: asyncio.Future[None] = asyncio.get_running_loop().create_future()
@@ -97,11 +97,12 @@ class Connection:
         self._locks: defaultdict[object, asyncio.Lock] = defaultdict(asyncio.Lock)
         self.subscribe(mavlink.MAVLink_statustext_message, self.status_texts.add)
 
-    def start(self, transport: Transport, spawn: Spawn) -> None:
+    def start(self, transport: LastingTransport, spawn: Spawn) -> None:
         """Begin to heartbeat on `transport`; every later failure ends the tasks of `spawn`."""
-        self.transport, self.spawn = transport, spawn
+        self._transport, self.spawn = transport, spawn
         spawn(self._fail_with_the_link())
         spawn(self._send_heartbeats())
+        spawn(self.presence.watch())
 
     async def find_vehicle(self, timeout_s: float) -> None:
         """Wait for the first heartbeat of the vehicle.
@@ -122,14 +123,14 @@ class Connection:
         return self._heartbeat
 
     @property
-    def heartbeat_age_s(self) -> float:
-        """Time since the vehicle's last heartbeat (s)."""
-        return clock.now() - self._heard_s
+    def transport(self) -> Transport:
+        """What carries the bytes now."""
+        return self._transport.current
 
     @property
     def lost(self) -> bool:
-        """Whether the vehicle has been silent for longer than `HEARTBEAT_TIMEOUT_S`."""
-        return self.heartbeat_age_s > HEARTBEAT_TIMEOUT_S
+        """Whether the vehicle fell silent."""
+        return self.presence.lost
 
     @property
     def frame_counts(self) -> FrameCounts:
@@ -154,7 +155,7 @@ class Connection:
         """Send `message` now, or drop it where the transport cannot take it; never waits."""
         data = message.pack(self._encoder)
         self._encoder.seq = (self._encoder.seq + 1) % 256
-        self.transport.send(data)
+        self._transport.send(data)
 
     def subscribe(self, kind: type[M], handler: Callable[[M], None]) -> Callable[[], None]:
         """Call `handler` with each message of `kind` from the vehicle, as it arrives; returns what ends that.
@@ -202,7 +203,7 @@ class Connection:
             self._fail(error)
 
     def transport_lost(self, error: Exception) -> None:
-        """The transport ended by itself: so does the connection."""
+        """The transport failed in a way that opening it again does not mend: so does the connection."""
         self._fail(error)
 
     def _dispatch(self, frame: Frame) -> None:
@@ -213,6 +214,7 @@ class Connection:
         if frame.system_id != self.system_id or frame.component_id != _AUTOPILOT:
             self.strange_frames += 1
             return
+        self.presence.heard()
         handlers = self._handlers.get(frame.message_id)
         if handlers:
             message = decode(frame)
@@ -228,8 +230,8 @@ class Connection:
             self._strange_systems.add(frame.system_id)
             return
         self.system_id = self._encoder.srcSystem = frame.system_id
-        self._heartbeat, self._heard_s = message, clock.now()
-        self.transport.answer_sender()
+        self._heartbeat = message
+        self._transport.answer_sender()
         self._found.set()
 
     def _why_none(self) -> str:
