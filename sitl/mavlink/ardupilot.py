@@ -5,14 +5,13 @@ from collections.abc import Mapping
 
 from pymavlink.dialects.v20 import common as mavlink
 
-from sitl.firmware.ardupilot_tuning import tuned_parameters
 from sitl.firmware.interface import Autopilot, Landed, Mode, Result
+from sitl.mavlink import ardupilot_parameters
 from sitl.mavlink.commands import COMMANDS, Command, acknowledge, set_mode, whole
 from sitl.mavlink.flavour import Flavour
 from sitl.mavlink.guided_setpoints import read_guided_setpoint
 from sitl.mavlink.links import TELEMETRY
 from sitl.mavlink.session import Session
-from sitl.vehicle import Vehicle
 
 _VERSION = 4 << 24 | 6 << 16 | 0 << 8 | mavlink.FIRMWARE_VERSION_TYPE_OFFICIAL
 _CAPABILITIES = (
@@ -73,16 +72,6 @@ def _system_status(firmware: Autopilot) -> int:
     return mavlink.MAV_STATE_STANDBY if on_ground else mavlink.MAV_STATE_ACTIVE
 
 
-def _parameters(vehicle: Vehicle) -> Mapping[str, float]:
-    return tuned_parameters(vehicle).model_dump()
-
-
-def _encode_parameter(value: float) -> tuple[float, int]:
-    """ArduPilot converts numbers, whatever their type."""
-    kind = mavlink.MAV_PARAM_TYPE_INT32 if isinstance(value, int) else mavlink.MAV_PARAM_TYPE_REAL32
-    return float(value), kind
-
-
 def _set_mode(session: Session, command: Command) -> int:
     return set_mode(session, whole(command.params[0]), whole(command.params[1]))
 
@@ -133,8 +122,7 @@ ARDUPILOT = Flavour(
     base_mode=_base_mode,
     system_status=_system_status,
     results=_RESULTS,
-    parameters=_parameters,
-    encode_parameter=_encode_parameter,
+    parameters=ardupilot_parameters.WIRE,
     commands={
         **COMMANDS,
         mavlink.MAV_CMD_NAV_TAKEOFF: _take_off,

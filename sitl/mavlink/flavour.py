@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from sitl.firmware.interface import Autopilot, Mode, Result
 from sitl.mavlink.links import Link
-from sitl.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from sitl.mavlink.commands import Command
+    from sitl.mavlink.parameters import ParameterWire
     from sitl.mavlink.session import Session
 
 Execute: TypeAlias = "Callable[[Session, Command], int]"
@@ -33,8 +33,7 @@ class Flavour:
         base_mode: HEARTBEAT.base_mode of a flight mode, armed or not.
         system_status: MAV_STATE of the vehicle.
         results: MAV_RESULT of each answer of the firmware.
-        parameters: a vehicle's parameters by name.
-        encode_parameter: the float field and the MAV_PARAM_TYPE of a value.
+        parameters: how it puts parameters into messages.
         commands: what each MAV_CMD does.
         handlers: what is done with messages that not every autopilot takes alike, by message id.
     """
@@ -49,7 +48,6 @@ class Flavour:
     base_mode: Callable[[Mode, bool], int]
     system_status: Callable[[Autopilot], int]
     results: Mapping[Result, int]
-    parameters: Callable[[Vehicle], Mapping[str, float]]
-    encode_parameter: Callable[[float], tuple[float, int]]
+    parameters: "ParameterWire"
     commands: Mapping[int, Execute]
     handlers: Mapping[int, Handle]

@@ -1,19 +1,16 @@
 """PX4 as it speaks MAVLink."""
 
 import math
-import struct
-from collections.abc import Mapping
 
 from pymavlink.dialects.v20 import common as mavlink
 
 from sitl.firmware.interface import Autopilot, Mode, Result, Severity
-from sitl.firmware.px4_tuning import tuned_parameters
+from sitl.mavlink import px4_parameters
 from sitl.mavlink.commands import COMMANDS, Command, acknowledge, local_place, set_mode, whole
 from sitl.mavlink.flavour import Flavour
 from sitl.mavlink.links import GROUND_STATION, OFFBOARD
 from sitl.mavlink.session import Session
 from sitl.mavlink.setpoints import SetpointRefusedError, read_setpoint
-from sitl.vehicle import Vehicle
 
 _VERSION = 1 << 24 | 16 << 16 | 0 << 8 | mavlink.FIRMWARE_VERSION_TYPE_OFFICIAL
 _CAPABILITIES = (
@@ -31,7 +28,6 @@ _RESULTS = {
     Result.DENIED: mavlink.MAV_RESULT_DENIED,
     Result.FAILED: mavlink.MAV_RESULT_FAILED,
 }
-_OTHER_PARAMETERS = {"SYS_AUTOSTART": 4001}  # PX4's generic quadrotor
 
 
 def _custom_mode(main: int, sub: int) -> int:
@@ -69,18 +65,6 @@ def _system_status(firmware: Autopilot) -> int:
     if not firmware.armed:
         return mavlink.MAV_STATE_STANDBY
     return mavlink.MAV_STATE_CRITICAL if firmware.failsafe else mavlink.MAV_STATE_ACTIVE
-
-
-def _parameters(vehicle: Vehicle) -> Mapping[str, float]:
-    return tuned_parameters(vehicle).model_dump() | _OTHER_PARAMETERS
-
-
-def _encode_parameter(value: float) -> tuple[float, int]:
-    """PX4 copies the four bytes of an integer into the float field."""
-    if not isinstance(value, int):
-        return value, mavlink.MAV_PARAM_TYPE_REAL32
-    (as_float,) = struct.unpack("<f", struct.pack("<i", value))
-    return as_float, mavlink.MAV_PARAM_TYPE_INT32
 
 
 def _set_mode(session: Session, command: Command) -> int:
@@ -129,8 +113,7 @@ PX4 = Flavour(
     base_mode=_base_mode,
     system_status=_system_status,
     results=_RESULTS,
-    parameters=_parameters,
-    encode_parameter=_encode_parameter,
+    parameters=px4_parameters.WIRE,
     commands={
         **COMMANDS,
         mavlink.MAV_CMD_NAV_TAKEOFF: _take_off,
@@ -138,6 +121,9 @@ PX4 = Flavour(
     },
     handlers={
         mavlink.MAVLINK_MSG_ID_SET_MODE: _on_set_mode,
+        mavlink.MAVLINK_MSG_ID_PARAM_REQUEST_READ: px4_parameters.on_request_read,
+        mavlink.MAVLINK_MSG_ID_PARAM_REQUEST_LIST: px4_parameters.on_request_list,
+        mavlink.MAVLINK_MSG_ID_PARAM_SET: px4_parameters.on_set,
         mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED: _on_setpoint,
     },
 )

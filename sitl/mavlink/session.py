@@ -1,7 +1,8 @@
 """One link of the vehicle as its message handlers see it."""
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from collections import deque
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
 
 from pymavlink.dialects.v20 import common as mavlink
 
@@ -23,19 +24,19 @@ class Session:
         system_id: the vehicle's.
         firmware: the autopilot.
         flavour: how that speaks.
-        parameters: its parameters by name.
         streams: what this link carries, and how often.
         send: put a message on this link.
         time_s: time since boot (s), of the simulation.
+        backlog: parameters that are yet to be sent, with their indices.
     """
 
     system_id: int
     firmware: Autopilot
     flavour: Flavour
-    parameters: Mapping[str, float]
     streams: Streams
     send: Callable[[Message], None]
     time_s: float = 0.0
+    backlog: deque[tuple[int, str]] = field(default_factory=deque)
     _long_texts: int = 0
 
     def report(self) -> Report:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from sitl.conditions import load_conditions
 from sitl.firmware.interface import StatusText
-from sitl.mavlink import services
+from sitl.mavlink import parameters, services
 from sitl.mavlink.ardupilot import ARDUPILOT
 from sitl.mavlink.channel import Channel
 from sitl.mavlink.flavour import Flavour
@@ -79,7 +79,6 @@ class MavlinkVehicle:
             system_id=self.system_id,
             firmware=self.simulation.firmware,
             flavour=self._flavour,
-            parameters=self._flavour.parameters(self.simulation.vehicle),
             streams=Streams(link.rates_hz),
             send=partial(self._send, link, Encoder(self.system_id)),
         )
@@ -130,6 +129,7 @@ class MavlinkVehicle:
             session.time_s = now_s
             for text in texts:
                 session.say(text.severity, text.text)
+            parameters.send_backlog(session)
             for message_id in session.streams.take_due(state.time_us):
                 session.send(WRITERS[message_id](state))
 

@@ -9,6 +9,7 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from sitl.arrays import Vec3
 from sitl.conditions import Conditions, LinkConditions
+from sitl.firmware.ardupilot_parameters import ArduPilotParameters
 from sitl.firmware.interface import (
     Battery,
     Estimate,
@@ -19,6 +20,8 @@ from sitl.firmware.interface import (
     Setpoint,
     StatusText,
 )
+from sitl.firmware.parameters import Parameters
+from sitl.firmware.px4_parameters import Px4Parameters
 from sitl.mavlink import Delivery, Link, MavlinkVehicle
 from sitl.simulation import Simulation
 from sitl.vehicle import Vehicle, load_vehicle
@@ -49,6 +52,7 @@ class FakeFirmware:
     setpoints: list[Setpoint] = field(default_factory=list)
     calls: list[tuple[Any, ...]] = field(default_factory=list)
     texts: list[StatusText] = field(default_factory=list)
+    parameters: Parameters = field(default_factory=Px4Parameters)
 
     @property
     def estimate(self) -> Estimate:
@@ -60,6 +64,9 @@ class FakeFirmware:
     @property
     def active_setpoint(self) -> Setpoint:
         return self.setpoints[-1] if self.setpoints else Setpoint()
+
+    def set_parameter(self, name: str, value: float) -> None:
+        self.parameters = self.parameters.changed(name, value)
 
     def arm(self, *, force: bool = False) -> Result:
         self.armed = self.armed or self.answer is Result.ACCEPTED
@@ -117,6 +124,8 @@ def fake_vehicle(
 ) -> tuple[MavlinkVehicle, FakeFirmware]:
     conditions = Conditions(name="test", link=link or LinkConditions())
     simulation = FakeSimulation(conditions=conditions, vehicle=vehicle, link_rng=np.random.default_rng(seed))
+    if vehicle.firmware == "ardupilot":
+        simulation.firmware.parameters = ArduPilotParameters()
     flying = MavlinkVehicle(cast(Simulation, simulation), links=links)
     return flying, simulation.firmware
 

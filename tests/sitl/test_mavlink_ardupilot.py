@@ -111,14 +111,6 @@ def test_takeoff_in_a_frame_that_is_not_above_home_is_denied(frame: int, expecte
     assert commanded(command)[0] == expected
 
 
-def test_parameters_are_converted_not_copied() -> None:
-    vehicle, _ = fake_vehicle(vehicle=ARDUCOPTER)
-    read = mavlink.MAVLink_param_request_read_message
-    timeout, learn = answers(vehicle, read(1, 1, b"GUID_TIMEOUT", -1), read(1, 1, b"MOT_HOVER_LEARN", -1))
-    assert (timeout.param_value, timeout.param_type) == (3.0, mavlink.MAV_PARAM_TYPE_REAL32)
-    assert (learn.param_value, learn.param_type) == (2.0, mavlink.MAV_PARAM_TYPE_INT32)
-
-
 def test_it_says_what_it_is() -> None:
     vehicle, _ = fake_vehicle(vehicle=ARDUCOPTER)
     version, _ = answers(vehicle, command_long(mavlink.MAV_CMD_REQUEST_MESSAGE, 148.0))

@@ -161,28 +161,6 @@ def test_pings_to_everyone_are_answered_to_their_sender() -> None:
     assert answers(vehicle, mavlink.MAVLink_ping_message(123, 7, 1, 1)) == []
 
 
-def test_parameters_are_listed_in_px4s_encoding() -> None:
-    vehicle, _ = fake_vehicle()
-    values = answers(vehicle, mavlink.MAVLink_param_request_list_message(1, 1))
-    assert [value.param_index for value in values] == list(range(values[0].param_count))
-    by_name = {value.param_id: value for value in values}
-    assert by_name["MPC_XY_P"].param_value == pytest.approx(0.95)
-    autostart = by_name["SYS_AUTOSTART"]
-    assert autostart.param_type == mavlink.MAV_PARAM_TYPE_INT32
-    assert struct.unpack("<i", struct.pack("<f", autostart.param_value)) == (4001,)
-
-
-def test_a_parameter_is_read_by_name_or_index_and_not_changed() -> None:
-    vehicle, _ = fake_vehicle()
-    read = mavlink.MAVLink_param_request_read_message
-    (by_name,) = answers(vehicle, read(1, 1, b"COM_OF_LOSS_T", -1))
-    (by_index,) = answers(vehicle, read(1, 1, b"", by_name.param_index))
-    kind = mavlink.MAV_PARAM_TYPE_REAL32
-    (after,) = answers(vehicle, mavlink.MAVLink_param_set_message(1, 1, b"COM_OF_LOSS_T", 9.0, kind))
-    assert by_name.param_value == by_index.param_value == after.param_value == 1.0
-    assert answers(vehicle, read(1, 1, b"NO_SUCH", -1), read(1, 1, b"", 9999)) == []
-
-
 def test_there_is_no_mission() -> None:
     vehicle, _ = fake_vehicle()
     (count,) = answers(vehicle, mavlink.MAVLink_mission_request_list_message(1, 1, 2))
