@@ -1,6 +1,6 @@
-"""The MAVLink dialect that is spoken, with the message classes that pymavlink generated for it."""
+"""The MAVLink dialect that is spoken, common and what ArduPilot adds, with its generated message classes."""
 
-from pymavlink.dialects.v20 import common as mavlink
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 Message = mavlink.MAVLink_message
 
