@@ -23,6 +23,11 @@ BENCHMARKS = {
     "quadrotor": "The paper's flights: one quadrotor's inverse network steers another.",
     "fidelity": "Recordings of real vehicles against their simulated twins.",
 }
+PARAMS = {
+    "pull": "Write a vehicle's parameters to a file.",
+    "push": "Set a vehicle's parameters from a file, and verify each.",
+    "diff": "Show where two files or vehicles differ.",
+}
 
 app = typer.Typer(
     name="companion",
@@ -40,6 +45,13 @@ bench = typer.Typer(
     no_args_is_help=True,
 )
 app.add_typer(bench)
+params = typer.Typer(
+    name="params",
+    help="A vehicle's parameters: to a file, from a file, compared.",
+    cls=lazy_group("companion.cli.params_", PARAMS),
+    no_args_is_help=True,
+)
+app.add_typer(params)
 
 
 def _show_version(wanted: bool) -> None:
@@ -61,6 +73,11 @@ def _root(
 @bench.callback()
 def _bench() -> None:
     """Benchmarks."""
+
+
+@params.callback()
+def _params() -> None:
+    """Parameters."""
 
 
 def main() -> None:

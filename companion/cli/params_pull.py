@@ -1,0 +1,34 @@
+"""`companion params pull`: a vehicle's parameters into a file."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from companion.cli import options
+from companion.cli.flying import show
+from companion.cli.params import read_vehicle
+from companion.link.parameter_file import write_parameter_file
+
+_STACKS = {"PX4": "PX4 Pro", "ArduPilot": "ArduPilot"}
+
+
+def pull(
+    file: Annotated[Path, typer.Argument(dir_okay=False, help="File to write, as QGroundControl reads it.")],
+    connect: options.Connect,
+    system_id: options.SystemId = None,
+) -> None:
+    """Write all parameters of a vehicle to a file that QGroundControl reads.
+
+    Example: companion params pull mine.params --connect udpin://0.0.0.0:14540
+    """
+    options.writable(file)
+    console = Console()
+    found = read_vehicle(connect, system_id, console)
+    stack, version = found.identity.autopilot, found.identity.version
+    about = [f"Stack: {_STACKS.get(stack, stack)}", "Vehicle: Multi-Rotor"]
+    if version is not None:
+        about.append(f"Version: {version}")
+    write_parameter_file(file, found.parameters.values(), system_id=found.system_id, about=about)
+    show(console, f"{len(found.parameters)} parameters of system {found.system_id}, {stack}: {file}")

@@ -1,0 +1,108 @@
+"""`companion params push`: parameters from a file into a vehicle, each verified."""
+
+import json as json_format
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+from companion.cli import options
+from companion.cli.params import read_file, read_vehicle, with_vehicle
+from companion.errors import InputError, RefusedError
+from companion.link import Connection
+from companion.link.parameter import set_parameters
+from companion.link.parameter_changes import changes_to
+from companion.link.parameter_encoding import Encoding, Parameter
+from companion.link.parameter_file import written
+
+
+def push(
+    file: Annotated[
+        Path,
+        typer.Argument(dir_okay=False, help="Parameters: of QGroundControl, MAVProxy or Mission Planner."),
+    ],
+    connect: options.Connect,
+    system_id: options.SystemId = None,
+    yes: Annotated[bool, typer.Option("--yes", help="Set without asking.")] = False,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Show what would be set, and set nothing.")
+    ] = False,
+    json: options.Json = None,
+) -> None:
+    """Set the parameters in a file that differ from the vehicle's, and verify each.
+
+    Nothing is set when the file has a parameter that the vehicle does not have, or has in another type.
+
+    Example: companion params push mine.params --connect udpin://0.0.0.0:14540 --dry-run
+    """
+    if json is not None:
+        options.writable(json)
+    console = Console()
+    wanted = read_file(file, console)
+    found = read_vehicle(connect, system_id, console)
+    changes = changes_to(found.parameters, wanted, file)
+    if changes:
+        console.print(_table(found.parameters, changes))
+    else:
+        console.print(f"nothing to set: the vehicle has all {len(wanted)} values")
+    refused: Mapping[str, str] = {}
+    if changes and not dry_run:
+        if not (yes or _agreed(len(changes))):
+            console.print("nothing was set")
+            return
+        refused = _set(connect, found.system_id, changes)
+        console.print(f"{len(changes) - len(refused)} of {len(changes)} set and verified")
+    if json is not None:
+        json.write_text(
+            json_format.dumps(_result(found.parameters, changes, refused, dry_run), indent=2) + "\n"
+        )
+    if refused:
+        told = "; ".join(f"{name}: {why}" for name, why in refused.items())
+        raise RefusedError(f"the vehicle did not take all parameters: {told}")
+
+
+def _agreed(count: int) -> bool:
+    if not sys.stdin.isatty():
+        raise InputError("there is nobody to ask: say --yes to set them, or --dry-run to see them")
+    return typer.confirm(f"Set {count} parameters?")
+
+
+def _set(url: str, system_id: int, changes: Sequence[Parameter]) -> Mapping[str, str]:
+    async def work(connection: Connection, encoding: Encoding) -> Mapping[str, str]:
+        return await set_parameters(connection, changes, encoding)
+
+    return with_vehicle(url, system_id, work)
+
+
+def _table(vehicle: Mapping[str, Parameter], changes: Sequence[Parameter]) -> Table:
+    table = Table("parameter", box=SIMPLE_HEAD)
+    table.add_column("now", justify="right")
+    table.add_column("to set", justify="right")
+    for each in changes:
+        table.add_row(each.name, written(vehicle[each.name].value), written(each.value))
+    return table
+
+
+def _result(
+    vehicle: Mapping[str, Parameter],
+    changes: Sequence[Parameter],
+    refused: Mapping[str, str],
+    dry_run: bool,
+) -> dict[str, object]:
+    return {
+        "dry_run": dry_run,
+        "changes": [
+            {
+                "name": each.name,
+                "before": vehicle[each.name].value,
+                "after": each.value,
+                "refused": refused.get(each.name),
+            }
+            for each in changes
+        ],
+    }
