@@ -7,6 +7,7 @@ machine allows, and the same way each time.
 
 import asyncio
 import selectors
+import time
 from collections.abc import Coroutine
 from typing import Any, TypeVar
 
@@ -16,6 +17,11 @@ T = TypeVar("T")
 def now() -> float:
     """The time of the running loop in seconds (monotonic; its zero has no meaning)."""
     return asyncio.get_running_loop().time()
+
+
+def unix_time_s() -> float:
+    """The wall's time (s since 1970), as wrong as this machine has it: for what must outlive the program."""
+    return time.time()
 
 
 async def sleep_until(time_s: float) -> None:

@@ -14,6 +14,8 @@ from companion.flight.guard_file import read_guard_limits
 from companion.learning.inverse_network import InverseNetwork
 from companion.learning.model_file import load_model
 from companion.learning.online_settings import DEFAULT, ESTIMATED, PAPER, OnlineSettings
+from companion.link.signing import SigningKey
+from companion.link.signing_key import read_signing_key
 from companion.trajectory.limits import Limits
 from companion.trajectory.placement import LOWEST_M, Placement
 
@@ -49,6 +51,16 @@ ConnectUnlessDry: TypeAlias = Annotated[str | None, _CONNECT]
 SystemId: TypeAlias = Annotated[
     int | None,
     typer.Option(min=1, max=255, help="MAVLink id of the vehicle; without it, the first that is heard."),
+]
+SigningKeyFile: TypeAlias = Annotated[
+    Path | None,
+    typer.Option(
+        "--signing-key",
+        dir_okay=False,
+        metavar="FILE",
+        help="Sign what is sent, and believe nothing but what is signed with the key in this file "
+        "(mode 0600): 32 bytes in hex or base64, or a passphrase.",
+    ),
 ]
 SystemIdInLog: TypeAlias = Annotated[
     int | None,
@@ -119,6 +131,11 @@ def network(model: str | None) -> InverseNetwork | None:
         InputError: no such model, or not one that fits this program.
     """
     return None if model is None else load_model(bundled.find("models", model, ".safetensors"))
+
+
+def signing_key(file: Path | None) -> SigningKey | None:
+    """The key that `--signing-key` names, if it names one; InputError where the file is not fit for one."""
+    return None if file is None else read_signing_key(file)
 
 
 def guard_limits(file: Path | None) -> GuardLimits:

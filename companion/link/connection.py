@@ -7,7 +7,7 @@ the autopilot of the system that was connected to, and from nobody else.
 import asyncio
 from collections import defaultdict
 from collections.abc import AsyncIterator, Callable
-from contextlib import aclosing, asynccontextmanager
+from contextlib import AsyncExitStack, aclosing, asynccontextmanager
 from functools import partial
 from typing import Any, TypeVar
 
@@ -18,6 +18,8 @@ from companion.link.framing import Frame, FrameCounts, FrameSplitter, decode
 from companion.link.lasting import LastingTransport, OpenTransport, open_lasting
 from companion.link.opening import open_transport
 from companion.link.presence import Presence
+from companion.link.signing import Signer, SigningKey
+from companion.link.signing_state import lasting_signer
 from companion.link.status_text import StatusTexts
 from companion.link.tasks import Spawn, background_tasks
 from companion.link.transport import Transport
@@ -32,7 +34,11 @@ _SYSTEM_ID_BEFORE_ANY_IS_KNOWN = 1
 
 @asynccontextmanager
 async def connect(
-    address: str | Address, *, system_id: int | None = None, timeout_s: float = 10.0
+    address: str | Address,
+    *,
+    system_id: int | None = None,
+    signing: SigningKey | None = None,
+    timeout_s: float = 10.0,
 ) -> AsyncIterator["Connection"]:
     """Connect to the vehicle at `address`, until the block ends.
 
@@ -41,24 +47,32 @@ async def connect(
     Args:
         address: a connection string, such as `udpin://0.0.0.0:14540`, or what it means.
         system_id: of the vehicle; without it, the first vehicle that is heard.
-        timeout_s: how long to wait for its heartbeat (s).
+        signing: signs what is sent; only what is signed with it is believed. Without it, anything is.
+        timeout_s: how long to wait for the vehicle's heartbeat (s).
 
     Raises:
-        InputError: the connection string is wrong.
+        InputError: the connection string is wrong, or the timestamps of signatures cannot be kept.
         LinkError: the transport cannot be opened, or no vehicle is there.
     """
     target = parse_address(address) if isinstance(address, str) else address
     opener = partial(open_transport, target)
-    async with connect_over(opener, system_id=system_id, timeout_s=timeout_s) as connection:
-        yield connection
+    async with AsyncExitStack() as stack:
+        signer = await stack.enter_async_context(lasting_signer(signing)) if signing else None
+        yield await stack.enter_async_context(
+            connect_over(opener, system_id=system_id, signer=signer, timeout_s=timeout_s)
+        )
 
 
 @asynccontextmanager
 async def connect_over(
-    opener: OpenTransport, *, system_id: int | None = None, timeout_s: float = 10.0
+    opener: OpenTransport,
+    *,
+    system_id: int | None = None,
+    signer: Signer | None = None,
+    timeout_s: float = 10.0,
 ) -> AsyncIterator["Connection"]:
     """As `connect`, over whatever transport `opener` opens."""
-    connection = Connection(system_id)
+    connection = Connection(system_id, signer)
     async with aclosing(await open_lasting(opener, connection)) as transport, background_tasks() as spawn:
         spawn(transport.keep_open())
         connection.start(transport, spawn)
@@ -75,13 +89,17 @@ class Connection:
         presence: whether the vehicle is still heard.
         status_texts: what the vehicle said in words.
         strange_frames: how many valid frames came from other systems and components.
+        signer: signs what is sent and judges what is received, None where nothing is signed.
+        vehicle_signs: whether the vehicle signs its frames, so that it may take none but signed ones.
     """
 
     spawn: Spawn
     _transport: LastingTransport
 
-    def __init__(self, system_id: int | None) -> None:
+    def __init__(self, system_id: int | None, signer: Signer | None = None) -> None:
         self.system_id = system_id or 0
+        self.signer = signer
+        self.vehicle_signs = False
         self.presence = Presence()
         self.status_texts = StatusTexts()
         self.strange_frames = 0
@@ -155,7 +173,7 @@ class Connection:
         """Send `message` now, or drop it where the transport cannot take it; never waits."""
         data = message.pack(self._encoder)
         self._encoder.seq = (self._encoder.seq + 1) % 256
-        self._transport.send(data)
+        self._transport.send(self.signer.sign(data) if self.signer else data)
 
     def subscribe(self, kind: type[M], handler: Callable[[M], None]) -> Callable[[], None]:
         """Call `handler` with each message of `kind` from the vehicle, as it arrives; returns what ends that.
@@ -198,13 +216,21 @@ class Connection:
         """Hand on what the transport received; an error in a handler ends the connection."""
         try:
             for frame in self._splitter.feed(data):
-                self._dispatch(frame)
+                if self._believes(frame):
+                    self._dispatch(frame)
         except Exception as error:
             self._fail(error)
 
     def transport_lost(self, error: Exception) -> None:
         """The transport failed in a way that opening it again does not mend: so does the connection."""
         self._fail(error)
+
+    def _believes(self, frame: Frame) -> bool:
+        rejection = self.signer.rejection(frame) if self.signer else None
+        if rejection and rejection.is_authentic and self._heartbeat is None:
+            # A vehicle whose clock is behind ours has to hear of our time before it can be believed.
+            self._transport.answer_sender()
+        return rejection is None
 
     def _dispatch(self, frame: Frame) -> None:
         if frame.message_id == mavlink.MAVLINK_MSG_ID_HEARTBEAT:
@@ -230,7 +256,7 @@ class Connection:
             self._strange_systems.add(frame.system_id)
             return
         self.system_id = self._encoder.srcSystem = frame.system_id
-        self._heartbeat = message
+        self._heartbeat, self.vehicle_signs = message, frame.signed
         self._transport.answer_sender()
         self._found.set()
 
@@ -238,6 +264,9 @@ class Connection:
         if self._strange_systems:
             others = ", ".join(map(str, sorted(self._strange_systems)))
             return f"system {self.system_id} is silent, but these speak: {others}. Connect to one of them"
+        if self.signer and self.signer.rejected:
+            refused = ", ".join(f"{count} {reason}" for reason, count in self.signer.rejected.items())
+            return f"frames arrive, but are not believed ({refused}). Give the vehicle and us the same key"
         if self.frame_counts.frames:
             return "there is MAVLink traffic, but no autopilot's heartbeat in it. Check what is connected"
         if self.frame_counts.stray_bytes:

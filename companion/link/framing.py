@@ -33,13 +33,19 @@ _SEEDS_AND_SIZES = {
 
 
 class Frame(NamedTuple):
-    """One frame whose checksum was right; its payload may lack trailing zeros."""
+    """One frame whose checksum was right; its payload may lack trailing zeros, `data` is all of it."""
 
     message_id: int
     system_id: int
     component_id: int
     sequence: int
     payload: bytes
+    data: bytes
+
+    @property
+    def signed(self) -> bool:
+        """Whether it carries a signature, right or wrong."""
+        return self.data[0] == _V2 and bool(self.data[2] & _SIGNED)
 
 
 class NoFrame(Enum):
@@ -132,13 +138,21 @@ def frame_at(stream: bytes, at: int) -> tuple[Frame, int] | NoFrame:
     if checksum != _CHECKSUM.unpack_from(stream, checksum_at)[0]:
         return NoFrame.BAD_CHECKSUM
     payload = stream[at + header_length : checksum_at]
-    return Frame(message_id, system_id, component_id, sequence, payload), frame_end
+    data = stream[at:frame_end]
+    return Frame(message_id, system_id, component_id, sequence, payload, data), frame_end
 
 
 def next_start(stream: bytes, at: int) -> int:
     """Where the next byte is with which a frame can begin; the stream's length when there is none."""
     found = _START.search(stream, at)
     return found.start() if found else len(stream)
+
+
+def marked_signed(data: bytes) -> bytes:
+    """The unsigned MAVLink 2 frame `data` as it is before a signature: flag and checksum changed."""
+    marked = bytes([_V2, data[1], data[2] | _SIGNED]) + data[3:-2]
+    seed, _ = _SEEDS_AND_SIZES[int.from_bytes(data[7:10], "little")]
+    return marked + _CHECKSUM.pack(mcrf4xx(seed, mcrf4xx(marked[1:])))
 
 
 def decode(frame: Frame) -> Message:

@@ -7,7 +7,7 @@ from typing import Any
 
 from companion import clock
 from companion.link.dialect import Message, mavlink
-from companion.link.framing import FrameSplitter, decode
+from companion.link.framing import Frame, FrameSplitter, decode
 from companion.link.memory import MemoryTransport
 from companion.link.transport import Receiver
 
@@ -43,6 +43,7 @@ class FakeVehicle:
     def __init__(self, *, system_id: int = 1, heartbeats: int = 1000) -> None:
         self.script: dict[type[Message], Script] = {}
         self.heard: list[Any] = []
+        self.frames: list[Frame] = []
         self.system_id = system_id
         self._heartbeats = heartbeats
         self._splitter = FrameSplitter()
@@ -55,7 +56,10 @@ class FakeVehicle:
         return self.transport
 
     def say(self, message: Message, *, system_id: int | None = None, component_id: int = 1) -> None:
-        self.transport.deliver(message.pack(encoder(system_id or self.system_id, component_id)))
+        self.deliver(message.pack(encoder(system_id or self.system_id, component_id)))
+
+    def deliver(self, data: bytes) -> None:
+        self.transport.deliver(data)
 
     def heard_of(self, kind: type[Message]) -> list[Any]:
         return [message for message in self.heard if isinstance(message, kind)]
@@ -63,6 +67,7 @@ class FakeVehicle:
     def _hear(self, data: bytes) -> None:
         for frame in self._splitter.feed(data):
             message = decode(frame)
+            self.frames.append(frame)
             self.heard.append(message)
             for answer in self.script.get(type(message), lambda message: ())(message):
                 self.say(answer)
