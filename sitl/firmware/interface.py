@@ -11,6 +11,7 @@ import numpy as np
 
 from sitl.arrays import Quaternion, Vec3
 from sitl.firmware.parameters import Parameters
+from sitl.plan.plans import Plans
 from sitl.plant import Plant, TickNoise
 
 _OFF = float("nan")
@@ -24,6 +25,7 @@ class Mode(Enum):
     TAKEOFF = auto()
     LAND = auto()
     RTL = auto()
+    MISSION = auto()
     OFFBOARD = auto()
     STABILIZE = auto()  # in which it boots
     BRAKE = auto()  # a hold without pilot
@@ -124,6 +126,19 @@ class Health:
     ready_to_arm: bool
 
 
+@dataclass(frozen=True, slots=True)
+class FenceStatus:
+    """Of the fence: whether it is minded, which limit is broken now, how often, and since when (s).
+
+    `breach` is empty, or one of "altitude", "distance", "boundary".
+    """
+
+    enabled: bool = False
+    breach: str = ""
+    count: int = 0
+    since_s: float = 0.0
+
+
 class Autopilot(Protocol):
     """A simulated autopilot as its peers know it; time moves only in `Simulation.advance`."""
 
@@ -205,6 +220,28 @@ class Autopilot(Protocol):
 
     def offboard_setpoint(self, setpoint: Setpoint) -> None:
         """A setpoint arrived now; proof of life even when another mode is active."""
+        ...
+
+    @property
+    def plans(self) -> Plans:
+        """Mission, fence and rally points on board, home, and how far the mission is."""
+        ...
+
+    @property
+    def fence_status(self) -> FenceStatus:
+        """Whether the fence is on, and broken."""
+        ...
+
+    def start_mission(self, first: int | None = None) -> Result:
+        """Fly the mission, from item `first` or where it is (MAV_CMD_MISSION_START)."""
+        ...
+
+    def change_speed(self, speed_m_s: float) -> Result:
+        """Fly the present legs, and those of a mission, at this ground speed (MAV_CMD_DO_CHANGE_SPEED)."""
+        ...
+
+    def enable_fence(self, *, enabled: bool) -> Result:
+        """Mind the fence, or no longer (MAV_CMD_DO_FENCE_ENABLE)."""
         ...
 
     def take_status_texts(self) -> list[StatusText]:

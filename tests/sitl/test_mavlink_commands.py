@@ -6,7 +6,7 @@ from mavlink_fakes import PEER_COMPONENT, PEER_SYSTEM, FakeFirmware, answers, co
 from pymavlink.dialects.v20 import common as mavlink
 
 from sitl.firmware.interface import Mode, Result
-from sitl.mavlink.geodesy import HOME, geodetic_from_ned
+from sitl.geodesy import HOME, geodetic_from_ned
 
 NAN = math.nan
 ACCEPTED, REJECTED, DENIED, UNSUPPORTED, FAILED = 0, 1, 2, 3, 4

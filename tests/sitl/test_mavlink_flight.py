@@ -9,7 +9,7 @@ from mavlink_fakes import command_long, encode, parse
 from pymavlink.dialects.v20 import common as mavlink
 
 from sitl.mavlink import MavlinkVehicle, open_vehicle
-from sitl.mavlink.geodesy import geodetic_from_ned
+from sitl.geodesy import geodetic_from_ned
 
 NAN = math.nan
 OFFBOARD_MODE = command_long(mavlink.MAV_CMD_DO_SET_MODE, 1, 6)

@@ -9,7 +9,7 @@ from mavlink_fakes import FakeFirmware
 from pymavlink.dialects.v20 import common as mavlink
 
 from sitl.firmware.interface import Battery, Health, Landed, Mode, Setpoint
-from sitl.mavlink.geodesy import HOME, geodetic_from_ned, ned_from_geodetic
+from sitl.geodesy import HOME, geodetic_from_ned, ned_from_geodetic
 from sitl.mavlink.px4 import PX4
 from sitl.mavlink.telemetry import WRITERS, report
 
