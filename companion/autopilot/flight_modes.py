@@ -7,7 +7,7 @@ from companion import clock
 from companion.errors import FlightError, LinkError, TakenError
 from companion.link.command import command
 from companion.link.connection import Connection
-from companion.link.dialect import mavlink
+from companion.link.dialect import Message, mavlink
 from companion.link.telemetry import Telemetry
 
 MODE_TIMEOUT_S = 3.0
@@ -35,7 +35,8 @@ class FlightModes:
         self._engaged = False
         self._taken = asyncio.Event()
         self._taken_by = ""
-        connection.subscribe(mavlink.MAVLink_heartbeat_message, self._watch)
+        for report in (mavlink.MAVLink_heartbeat_message, mavlink.MAVLink_current_mode_message):
+            connection.subscribe(report, self._watch)
 
     @property
     def now(self) -> str:
@@ -89,15 +90,21 @@ class FlightModes:
             await asyncio.sleep(_POLL_S)
 
     def unless_taken(self, modes: tuple[int, ...], condition: Callable[[], bool]) -> Callable[[], bool]:
-        """`condition`, but for a TakenError once the vehicle was in the first of `modes` and is in none."""
+        """`condition`, but for a TakenError once the vehicle was in the first of `modes` and is in none.
+
+        Heartbeats alone tell, as they have mode and arming of one instant: a vehicle that has landed changes
+        its mode when it disarms itself.
+        """
         begun = False
 
         def checked() -> bool:
             nonlocal begun
-            begun = begun or self._is_in(modes[:1])
             if condition():
                 return True
-            if begun and self._telemetry.status.armed and not self._is_in(modes):
+            heartbeat = self._connection.heartbeat
+            begun = begun or heartbeat.custom_mode == modes[0]
+            armed = heartbeat.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED
+            if begun and armed and heartbeat.custom_mode not in modes:
                 raise TakenError(f"the vehicle went to {self.now} unasked: it was left to whoever did that")
             return False
 
@@ -106,8 +113,8 @@ class FlightModes:
     def _is_in(self, modes: Container[int]) -> bool:
         return self._telemetry.status.custom_mode in modes
 
-    def _watch(self, message: mavlink.MAVLink_heartbeat_message) -> None:
-        if self._engaged and message.custom_mode != self._following:
+    def _watch(self, report: Message) -> None:
+        if self._engaged and not self._is_in((self._following,)):
             self._engaged = False
-            self._taken_by = self._name(message.custom_mode)
+            self._taken_by = self.now
             self._taken.set()

@@ -1,6 +1,9 @@
-"""The MAVLink dialect that is spoken, common and what ArduPilot adds, with its generated message classes."""
+"""The MAVLink dialect that is spoken, with its generated message classes.
 
-from pymavlink.dialects.v20 import ardupilotmega as mavlink
+Beside the common messages: ArduPilot's, and CURRENT_MODE, which PX4 sends although it is in development.
+"""
+
+from pymavlink.dialects.v20 import all as mavlink
 
 Message = mavlink.MAVLink_message
 

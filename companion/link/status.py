@@ -1,4 +1,4 @@
-"""What the vehicle is doing, from HEARTBEAT, EXTENDED_SYS_STATE, SYS_STATUS and HOME_POSITION."""
+"""What the vehicle is doing: HEARTBEAT, CURRENT_MODE, EXTENDED_SYS_STATE, SYS_STATUS, HOME_POSITION."""
 
 import math
 from dataclasses import dataclass, replace
@@ -6,9 +6,13 @@ from enum import Enum
 
 import numpy as np
 
+from companion import clock
 from companion.arrays import Vec3
 from companion.link.connection import Connection
 from companion.link.dialect import mavlink
+
+_MODE_TOLD_FOR_S = 1.0
+"""PX4 sends CURRENT_MODE at every change, and twice a second without one."""
 
 
 class Landed(Enum):
@@ -45,14 +49,22 @@ class StatusWatch:
 
     def __init__(self, connection: Connection) -> None:
         self.status = VehicleStatus(*_armed_and_mode(connection.heartbeat))
+        self._mode_told_s = -math.inf
         connection.subscribe(mavlink.MAVLink_heartbeat_message, self._on_heartbeat)
+        connection.subscribe(mavlink.MAVLink_current_mode_message, self._on_current_mode)
         connection.subscribe(mavlink.MAVLink_extended_sys_state_message, self._on_extended_state)
         connection.subscribe(mavlink.MAVLink_sys_status_message, self._on_system_status)
         connection.subscribe(mavlink.MAVLink_home_position_message, self._on_home)
 
     def _on_heartbeat(self, message: mavlink.MAVLink_heartbeat_message) -> None:
         armed, custom_mode = _armed_and_mode(message)
+        if clock.now() < self._mode_told_s + _MODE_TOLD_FOR_S:  # this heartbeat may be the older of the two
+            custom_mode = self.status.custom_mode
         self.status = replace(self.status, armed=armed, custom_mode=custom_mode)
+
+    def _on_current_mode(self, message: mavlink.MAVLink_current_mode_message) -> None:
+        self._mode_told_s = clock.now()
+        self.status = replace(self.status, custom_mode=message.custom_mode)
 
     def _on_extended_state(self, message: mavlink.MAVLink_extended_sys_state_message) -> None:
         known = message.landed_state in _LANDED_STATES

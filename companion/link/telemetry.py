@@ -1,7 +1,6 @@
 """The vehicle's state as its telemetry tells it, each with the time at which it held."""
 
 import asyncio
-import contextlib
 import math
 from collections import deque
 from collections.abc import Callable
@@ -10,10 +9,10 @@ from typing import TypeAlias
 import numpy as np
 
 from companion import clock
-from companion.errors import LinkError, RefusedError
-from companion.link.command import set_message_interval
+from companion.errors import LinkError
 from companion.link.connection import Connection
 from companion.link.dialect import mavlink
+from companion.link.message_rates import MessageRates
 from companion.link.status import StatusWatch, VehicleStatus
 from companion.link.timesync import REBOOT_S, ClockOffset
 from companion.state import VehicleState
@@ -25,6 +24,9 @@ _RATES_HZ = {
     mavlink.MAVLINK_MSG_ID_ATTITUDE: 100.0,
     mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: 5.0,
     mavlink.MAVLINK_MSG_ID_HOME_POSITION: 0.5,
+    # A change of mode must not wait for a heartbeat a second: PX4 refuses the first, ArduPilot the second.
+    mavlink.MAVLINK_MSG_ID_HEARTBEAT: 5.0,
+    mavlink.MAVLINK_MSG_ID_CURRENT_MODE: 10.0,
 }
 _TIMESYNC_INTERVAL_S = 0.1
 _QUESTIONS_KEPT = 64
@@ -33,7 +35,7 @@ _FARTHEST_ATTITUDE_MS = 100
 
 
 async def start_telemetry(connection: Connection) -> "Telemetry":
-    """The telemetry of the connection's vehicle, asked for at 100 Hz.
+    """The telemetry of the connection's vehicle, asked for at 100 Hz, and again whenever it restarts.
 
     A vehicle that refuses a rate sends at its own, and that is what is used.
 
@@ -42,9 +44,8 @@ async def start_telemetry(connection: Connection) -> "Telemetry":
     """
     telemetry = Telemetry(connection)
     connection.spawn(telemetry.keep_time())
-    for message_id, rate_hz in _RATES_HZ.items():
-        with contextlib.suppress(RefusedError):
-            await set_message_interval(connection, message_id, rate_hz)
+    await telemetry.rates.ask()
+    connection.spawn(telemetry.rates.keep())
     return telemetry
 
 
@@ -54,13 +55,17 @@ class Telemetry:
     A state is made of each LOCAL_POSITION_NED and the ATTITUDE nearest to it in time.
 
     Attributes:
+        rates: what is asked of the vehicle.
         state: the newest, None until there is one.
+        restarts: how often the vehicle's time fell back.
         out_of_order: how many positions came after newer ones, and were dropped.
         not_finite: how many messages had numbers that were not finite, and were dropped.
     """
 
     def __init__(self, connection: Connection) -> None:
+        self.rates = MessageRates(connection, _RATES_HZ)
         self.state: VehicleState | None = None
+        self.restarts = 0
         self.out_of_order = 0
         self.not_finite = 0
         self._connection = connection
@@ -139,6 +144,9 @@ class Telemetry:
         if not math.isfinite(message.x + message.y + message.z + message.vx + message.vy + message.vz):
             self.not_finite += 1
             return
+        if vehicle_s < self._newest_s:
+            self.restarts += 1
+            self.rates.ask_again()
         self._newest_s = vehicle_s
         received_s = clock.now()
         time_s = self._offset.companion_time(vehicle_s, received_s)
