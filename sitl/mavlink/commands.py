@@ -8,9 +8,9 @@ import numpy as np
 from pymavlink.dialects.v20 import common as mavlink
 
 from sitl.firmware.interface import Mode, Result
+from sitl.mavlink.geodesy import HOME, Geodetic, ned_from_geodetic
 from sitl.mavlink.flavour import Execute
 from sitl.mavlink.frames import Message
-from sitl.geodesy import HOME, Geodetic, ned_from_geodetic
 from sitl.mavlink.session import Session
 from sitl.mavlink.telemetry import WRITERS
 
@@ -154,10 +154,11 @@ def _request(message_id: int) -> Execute:
     return lambda session, command: _send_once(session, message_id)
 
 
-def _set_message_interval(session: Session, command: Command) -> int:
+def set_message_interval(session: Session, command: Command) -> int:
+    """Send a message at another rate on this link; the result is a MAV_RESULT."""
     message_id, interval_us = whole(command.params[0]), command.params[1]
-    known = message_id in WRITERS and message_id != mavlink.MAVLINK_MSG_ID_HEARTBEAT
     elsewhere = any(whole(value) > 0 for value in (*command.params[2:], command.place.altitude_m))
+    known = message_id in WRITERS
     if not known or elsewhere or not math.isfinite(interval_us) or interval_us > _IGNORED_COORDINATE:
         return mavlink.MAV_RESULT_FAILED
     session.streams.set_interval(message_id, round(interval_us), round(session.time_s * 1e6))
@@ -186,7 +187,7 @@ COMMANDS: Mapping[int, Execute] = {
     mavlink.MAV_CMD_GET_HOME_POSITION: _request(mavlink.MAVLINK_MSG_ID_HOME_POSITION),
     mavlink.MAV_CMD_INJECT_FAILURE: _deny,
     mavlink.MAV_CMD_GET_MESSAGE_INTERVAL: _get_message_interval,
-    mavlink.MAV_CMD_SET_MESSAGE_INTERVAL: _set_message_interval,
+    mavlink.MAV_CMD_SET_MESSAGE_INTERVAL: set_message_interval,
     mavlink.MAV_CMD_REQUEST_MESSAGE: _request_message,
     mavlink.MAV_CMD_REQUEST_PROTOCOL_VERSION: _deny,
     mavlink.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: _request(mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION),

@@ -6,7 +6,15 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from sitl.firmware.interface import Autopilot, Mode, Result, Severity
 from sitl.mavlink import px4_parameters
-from sitl.mavlink.commands import COMMANDS, Command, acknowledge, local_place, set_mode, whole
+from sitl.mavlink.commands import (
+    COMMANDS,
+    Command,
+    acknowledge,
+    local_place,
+    set_message_interval,
+    set_mode,
+    whole,
+)
 from sitl.mavlink.flavour import Flavour
 from sitl.mavlink.links import GROUND_STATION, OFFBOARD
 from sitl.mavlink.session import Session
@@ -73,6 +81,13 @@ def _set_mode(session: Session, command: Command) -> int:
     return set_mode(session, base, _custom_mode(main, sub) if one_byte_each else -1)
 
 
+def _set_message_interval(session: Session, command: Command) -> int:
+    """PX4 sends HEARTBEAT at its own rate; changes of mode show in CURRENT_MODE."""
+    if whole(command.params[0]) == mavlink.MAVLINK_MSG_ID_HEARTBEAT:
+        return mavlink.MAV_RESULT_FAILED
+    return set_message_interval(session, command)
+
+
 def _on_set_mode(session: Session, message: mavlink.MAVLink_set_mode_message) -> None:
     """Answer a SET_MODE as the command that has replaced it."""
     if message.target_system == session.system_id:
@@ -118,6 +133,7 @@ PX4 = Flavour(
         **COMMANDS,
         mavlink.MAV_CMD_NAV_TAKEOFF: _take_off,
         mavlink.MAV_CMD_DO_SET_MODE: _set_mode,
+        mavlink.MAV_CMD_SET_MESSAGE_INTERVAL: _set_message_interval,
     },
     handlers={
         mavlink.MAVLINK_MSG_ID_SET_MODE: _on_set_mode,
