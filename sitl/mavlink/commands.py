@@ -8,7 +8,7 @@ import numpy as np
 from pymavlink.dialects.v20 import common as mavlink
 
 from sitl.firmware.interface import Mode, Result
-from sitl.mavlink.geodesy import HOME, Geodetic, ned_from_geodetic
+from sitl.geodesy import HOME, Geodetic, ned_from_geodetic
 from sitl.mavlink.flavour import Execute
 from sitl.mavlink.frames import Message
 from sitl.mavlink.session import Session

@@ -13,7 +13,7 @@ from pymavlink.dialects.v20 import common as mavlink
 from pymavlink.dialects.v20.development import MAVLink_current_mode_message
 
 from sitl.firmware.interface import Autopilot, Landed
-from sitl.mavlink.geodesy import HOME, Geodetic, geodetic_from_ned
+from sitl.geodesy import HOME, Geodetic, geodetic_from_ned
 from sitl.mavlink.flavour import Flavour
 from sitl.mavlink.frames import Message
 from sitl.mavlink.setpoints import IGNORE_BITS
