@@ -17,7 +17,7 @@ _AUTOPILOTS: Mapping[int, Callable[[Connection, Telemetry], Autopilot]] = {
     mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA: ArduPilot,
 }
 """What flies which MAV_AUTOPILOT."""
-_MULTIROTORS = (
+MULTIROTORS = (
     mavlink.MAV_TYPE_QUADROTOR,
     mavlink.MAV_TYPE_HEXAROTOR,
     mavlink.MAV_TYPE_OCTOROTOR,
@@ -74,7 +74,7 @@ async def detect(connection: Connection, telemetry: Telemetry) -> Autopilot:
         raise FlightError(
             f"{identity.autopilot} vehicles cannot be flown: connect to one of {' or '.join(_NAMES.values())}"
         )
-    if connection.heartbeat.type not in _MULTIROTORS:  # modes of planes and rovers have other numbers
+    if connection.heartbeat.type not in MULTIROTORS:  # modes of planes and rovers have other numbers
         raise FlightError(
             f"this {identity.autopilot} vehicle (MAV_TYPE {connection.heartbeat.type}) is no multirotor"
         )
