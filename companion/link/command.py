@@ -13,8 +13,6 @@ from companion.link.dialect import Message, mavlink
 
 M = TypeVar("M", bound=Message)
 
-_ANYONE = (0, 0)
-"""The ids in an acknowledgement of MAVLink 1, which has no room for them."""
 _PROGRESS_TIMEOUT_S = 10.0
 """How long a vehicle may be at a command after it said that it is."""
 _REASON_DELAY_S = 0.3
@@ -87,8 +85,7 @@ async def _ask(
     results: asyncio.Queue[int] = asyncio.Queue()
 
     def take(answer: mavlink.MAVLink_command_ack_message) -> None:
-        asker = (answer.target_system, answer.target_component)
-        if answer.command == command_id and asker in (connection.ids, _ANYONE):
+        if answer.command == command_id and connection.is_for_us(answer):
             results.put_nowait(answer.result)
 
     unsubscribe = connection.subscribe(mavlink.MAVLink_command_ack_message, take)

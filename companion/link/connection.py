@@ -165,6 +165,11 @@ class Connection:
         """System and component id of the vehicle's autopilot."""
         return self.system_id, _AUTOPILOT
 
+    def is_for_us(self, message: Any) -> bool:
+        """Whether a message that names a target means us, or everyone: 0, as in all that is left out."""
+        system_id, component_id = self.ids
+        return message.target_system in (0, system_id) and message.target_component in (0, component_id)
+
     def exclusive(self, key: object) -> asyncio.Lock:
         """The lock of requests whose answers cannot be told apart: one such request at a time."""
         return self._locks[key]
