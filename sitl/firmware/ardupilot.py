@@ -20,6 +20,7 @@ from sitl.firmware.ardupilot_position import learn_hover, position_gains
 from sitl.firmware.ardupilot_takeoff import Phase, Takeoff
 from sitl.firmware.ardupilot_tuning import tuned_parameters
 from sitl.firmware.interface import (
+    AttitudeTarget,
     Battery,
     Estimate,
     Health,
@@ -93,6 +94,12 @@ class ArduPilot:
     def active_setpoint(self) -> Setpoint:
         """What the position controller follows now, in any mode."""
         return self._guidance.setpoint
+
+    @property
+    def attitude_target(self) -> AttitudeTarget:
+        """What attitude and rate control follow now."""
+        state = self._loops.attitude_state
+        return AttitudeTarget(state.target.copy(), state.rates.copy(), float(self._loops.throttle[0]))
 
     @property
     def mode(self) -> Mode:

@@ -88,6 +88,21 @@ class Setpoint:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class AttitudeTarget:
+    """What attitude and rate control follow.
+
+    Attributes:
+        attitude: unit quaternion.
+        rates: body rates p, q, r (rad/s).
+        thrust: collective, 0 to 1.
+    """
+
+    attitude: Quaternion
+    rates: Vec3
+    thrust: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Estimate:
     """The firmware's own estimate, which it flies on and reports; never the truth.
 
@@ -150,6 +165,11 @@ class Autopilot(Protocol):
     @property
     def active_setpoint(self) -> Setpoint:
         """What the position controller follows now, in any mode."""
+        ...
+
+    @property
+    def attitude_target(self) -> AttitudeTarget:
+        """What attitude and rate control follow now."""
         ...
 
     @property

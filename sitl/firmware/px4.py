@@ -13,8 +13,10 @@ from sitl.arrays import Vec3
 from sitl.battery import Pack
 from sitl.estimator import STEPS_PER_S, Estimator
 from sitl.firmware.interface import (
+    AttitudeTarget,
     Battery,
     Estimate,
+    FenceStatus,
     Health,
     Landed,
     Mode,
@@ -25,14 +27,16 @@ from sitl.firmware.interface import (
 )
 from sitl.firmware.px4_control import Control
 from sitl.firmware.px4_guidance import Guidance
+from sitl.firmware.px4_navigator import Navigator
 from sitl.firmware.px4_parameters import Px4Parameters
 from sitl.firmware.px4_takeoff import LandDetector, TakeoffPhase
 from sitl.firmware.px4_tuning import tuned_parameters
+from sitl.plan.plans import Plans
 from sitl.plant import STEPS_PER_TICK, TICK_S, Plant, TickNoise
 from sitl.vehicle import Vehicle
 
 _MODE_WHEN_OFFBOARD_IS_LOST = {0: Mode.POSCTL, 3: Mode.RTL, 4: Mode.LAND, 5: Mode.HOLD}
-_MODES_TO_ARM_IN = frozenset((Mode.POSCTL, Mode.HOLD, Mode.TAKEOFF, Mode.OFFBOARD))
+_MODES_TO_ARM_IN = frozenset((Mode.POSCTL, Mode.HOLD, Mode.TAKEOFF, Mode.MISSION, Mode.OFFBOARD))
 
 
 class Px4:
@@ -44,19 +48,19 @@ class Px4:
         self._pack = pack
         self._control = Control(vehicle, self._parameters, estimator)
         self._guidance = Guidance(self._parameters, estimator, self._control.setpoint, TICK_S)
+        self._texts: list[StatusText] = []
+        self._navigator = Navigator(self._parameters, estimator, self._guidance, self._say)
         self._land_detector = LandDetector(self._parameters)
         self._time_s = 0.0
         self._mode = Mode.HOLD
         self._armed = False
         self._has_flown = False
         self._idle_since_s = 0.0
-        self._home = estimator.position.copy()
         self._offboard = Setpoint()
         self._offboard_at_s = -math.inf
         self._offboard_interrupted = False
         self._resets = 0
         self._battery_warnings = 0
-        self._texts: list[StatusText] = []
 
     # What it reports
 
@@ -85,6 +89,11 @@ class Px4:
             yaw=float(s.heading[0]),
             yaw_rate=float(s.heading[1]),
         )
+
+    @property
+    def attitude_target(self) -> AttitudeTarget:
+        """What attitude and rate control follow now."""
+        return self._control.attitude_target
 
     @property
     def mode(self) -> Mode:
@@ -136,6 +145,16 @@ class Px4:
         """What it flies by now."""
         return self._parameters
 
+    @property
+    def plans(self) -> Plans:
+        """Mission, fence, rally points and home."""
+        return self._navigator.plans
+
+    @property
+    def fence_status(self) -> FenceStatus:
+        """Whether the fence is on, and broken."""
+        return self._navigator.fence.status
+
     def take_status_texts(self) -> list[StatusText]:
         """The texts since the last call, oldest first."""
         texts, self._texts = self._texts, []
@@ -148,6 +167,7 @@ class Px4:
         self._parameters = parameters = self._parameters.changed(name, value)
         self._control.use(parameters)
         self._guidance.use(parameters)
+        self._navigator.use(parameters)
         self._land_detector.use(parameters)
 
     def arm(self, *, force: bool = False) -> Result:
@@ -161,7 +181,7 @@ class Px4:
         self._armed = True
         self._has_flown = False
         self._idle_since_s = self._time_s
-        self._home = self._estimator.position.copy()
+        self._navigator.begin_flight()
         self._say(Severity.INFO, "Armed by external command")
         return Result.ACCEPTED
 
@@ -181,10 +201,34 @@ class Px4:
         if mode is Mode.OFFBOARD and not self._offboard_is_alive():
             self._say(Severity.CRITICAL, "Switching to mode OFFBOARD denied: no offboard setpoints")
             return Result.TEMPORARILY_REJECTED
+        if mode is Mode.MISSION and self._navigator.refusal is not None:
+            self._say(Severity.CRITICAL, f"Switching to mode MISSION denied: {self._navigator.refusal}")
+            return Result.TEMPORARILY_REJECTED
         self._offboard_interrupted = False
         if mode is not self._mode:
             self._enter(mode)
         return Result.ACCEPTED
+
+    def start_mission(self, first: int | None = None) -> Result:
+        """Mission mode from item `first` or where the mission is; arms, too."""
+        mission = self.plans.mission
+        if first is not None and not 0 <= first < len(mission.plan):
+            return Result.DENIED
+        result = self.set_mode(Mode.MISSION)
+        if result is not Result.ACCEPTED:
+            return result
+        if first is not None:
+            mission.go_to(first)
+        return self.arm()
+
+    def change_speed(self, speed_m_s: float) -> Result:
+        """Fly the present legs, and those of a mission, at this ground speed."""
+        self._navigator.change_speed(speed_m_s)
+        return Result.ACCEPTED
+
+    def enable_fence(self, *, enabled: bool) -> Result:
+        """PX4 minds its fence by GF_ACTION alone."""
+        return Result.DENIED
 
     def takeoff(self, altitude_m: float | None = None) -> Result:
         """Takeoff mode to `altitude_m` (m) above the present height; MIS_TAKEOFF_ALT when None."""
@@ -226,8 +270,8 @@ class Px4:
         self._mode = Mode.OFFBOARD
         self._control.begin_in_flight()
         self._land_detector.landed = False
-        self._home = self._estimator.position.copy()
-        self.offboard_setpoint(Setpoint(position=self._home))
+        self._navigator.begin_flight()
+        self.offboard_setpoint(Setpoint(position=self.plans.home.copy()))
 
     def fly_tick(self, plant: Plant, first_step: int, noise: TickNoise) -> None:
         """Commander, guidance and position control, then the inner loops with the plant, for one tick."""
@@ -240,6 +284,7 @@ class Px4:
         if self._armed:
             self._watch_offboard()
             self._watch_battery()
+            self._navigate()
         p, takeoff = self._parameters, self._control.takeoff
         takeoff.update(armed=self._armed, landed=self.on_ground, wanted=self._wants_takeoff(), dt=TICK_S)
         climb = p.MPC_TKO_SPEED if self._mode is Mode.TAKEOFF else p.MPC_Z_VEL_MAX_UP
@@ -288,7 +333,7 @@ class Px4:
                 or wanted.velocity[2] < 0.0
                 or wanted.acceleration[2] < 0.0
             )
-        return self._mode is Mode.TAKEOFF
+        return self._mode in (Mode.TAKEOFF, Mode.MISSION) and self._guidance.climbs
 
     def _watch_ground(self) -> None:
         """Land detection, what follows from it, and the end of a takeoff."""
@@ -360,15 +405,18 @@ class Px4:
 
     def _enter(self, mode: Mode) -> None:
         self._mode = mode
-        if mode in (Mode.HOLD, Mode.POSCTL):
-            self._guidance.hold()
-        elif mode is Mode.LAND:
-            self._guidance.land()
-        elif mode is Mode.RTL:
-            here = self._estimator.position
-            height = min(here[2], self._home[2] - self._parameters.RTL_RETURN_ALT)
-            above_home = np.array((self._home[0], self._home[1], height))
-            self._guidance.follow([np.array((here[0], here[1], height)), above_home], lands=True)
+        self._navigator.enter(mode)
+
+    def _navigate(self) -> None:
+        """Fly mission and return, and mind the fence."""
+        navigator = self._navigator
+        navigator.landed = self.on_ground
+        following = navigator.update(self._mode, self._time_s)
+        breached = navigator.broken_fence(self._time_s)
+        if breached is not None and not self.on_ground and self._mode is not Mode.LAND:
+            following = breached
+        if following is not None and following is not self._mode:
+            self._enter(following)
 
     def _offboard_is_alive(self) -> bool:
         age_s = self._time_s - self._offboard_at_s

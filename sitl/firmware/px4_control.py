@@ -4,6 +4,7 @@ import math
 
 from sitl.arrays import Vec3
 from sitl.estimator import Estimator
+from sitl.firmware.interface import AttitudeTarget
 from sitl.firmware.px4_allocation import allocation
 from sitl.firmware.px4_attitude import attitude_gains, begin_turning, rate_gains, rate_state
 from sitl.firmware.px4_hover_thrust import HoverThrust
@@ -69,6 +70,13 @@ class Control:
         """Body rates as the rate controller sees them (rad/s)."""
         rates: Vec3 = self._loops.state.rates[0]
         return rates
+
+    @property
+    def attitude_target(self) -> AttitudeTarget:
+        """What attitude and rate control follow."""
+        return AttitudeTarget(
+            self._attitude_setpoint.attitude.copy(), self._loops.state.setpoint.copy(), self.thrust
+        )
 
     @property
     def thrust(self) -> float:

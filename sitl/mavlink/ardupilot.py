@@ -6,12 +6,13 @@ from collections.abc import Mapping
 from pymavlink.dialects.v20 import common as mavlink
 
 from sitl.firmware.interface import Autopilot, Landed, Mode, Result
-from sitl.mavlink import ardupilot_parameters
+from sitl.mavlink import ardupilot_parameters, targets, wellbeing
 from sitl.mavlink.commands import COMMANDS, Command, acknowledge, set_mode, whole
 from sitl.mavlink.flavour import Flavour
 from sitl.mavlink.guided_setpoints import read_guided_setpoint
 from sitl.mavlink.links import TELEMETRY
 from sitl.mavlink.session import Session
+from sitl.mavlink.telemetry import WRITERS
 
 _VERSION = 4 << 24 | 6 << 16 | 0 << 8 | mavlink.FIRMWARE_VERSION_TYPE_OFFICIAL
 _CAPABILITIES = (
@@ -49,7 +50,13 @@ _STREAMS: Mapping[int, tuple[int, ...]] = {
     ),
     mavlink.MAV_DATA_STREAM_EXTRA1: (mavlink.MAVLINK_MSG_ID_ATTITUDE,),
     mavlink.MAV_DATA_STREAM_EXTRA2: (mavlink.MAVLINK_MSG_ID_VFR_HUD,),
-    mavlink.MAV_DATA_STREAM_EXTRA3: (mavlink.MAVLINK_MSG_ID_BATTERY_STATUS,),
+    mavlink.MAV_DATA_STREAM_EXTRA3: (
+        mavlink.MAVLINK_MSG_ID_SYSTEM_TIME,
+        mavlink.MAVLINK_MSG_ID_BATTERY_STATUS,
+        mavlink.MAVLINK_MSG_ID_VIBRATION,
+        wellbeing.EKF_STATUS_REPORT,
+    ),
+    mavlink.MAV_DATA_STREAM_RC_CHANNELS: (mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW,),
 }
 """The messages in each stream, as far as they are told here."""
 
@@ -123,6 +130,15 @@ ARDUPILOT = Flavour(
     system_status=_system_status,
     results=_RESULTS,
     parameters=ardupilot_parameters.WIRE,
+    writers={
+        **WRITERS,
+        mavlink.MAVLINK_MSG_ID_SYSTEM_TIME: wellbeing.system_time,
+        mavlink.MAVLINK_MSG_ID_VIBRATION: wellbeing.vibration,
+        mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED: targets.position_target_local_ned,
+        mavlink.MAVLINK_MSG_ID_ATTITUDE_TARGET: targets.attitude_target,
+        mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW: targets.servo_output_raw,
+        wellbeing.EKF_STATUS_REPORT: wellbeing.ekf_status_report,
+    },
     commands={
         **COMMANDS,
         mavlink.MAV_CMD_NAV_TAKEOFF: _take_off,

@@ -12,7 +12,6 @@ from sitl.geodesy import HOME, Geodetic, ned_from_geodetic
 from sitl.mavlink.flavour import Execute
 from sitl.mavlink.frames import Message
 from sitl.mavlink.session import Session
-from sitl.mavlink.telemetry import WRITERS
 
 _FORCE = 21196
 _IGNORED_COORDINATE = 2**31 - 1
@@ -139,7 +138,7 @@ def _reposition(session: Session, command: Command) -> int:
 
 
 def _send_once(session: Session, message_id: int) -> int:
-    write = WRITERS.get(message_id)
+    write = session.flavour.writers.get(message_id)
     if write is None:
         return mavlink.MAV_RESULT_DENIED
     session.send(write(session.report()))
@@ -158,7 +157,7 @@ def set_message_interval(session: Session, command: Command) -> int:
     """Send a message at another rate on this link; the result is a MAV_RESULT."""
     message_id, interval_us = whole(command.params[0]), command.params[1]
     elsewhere = any(whole(value) > 0 for value in (*command.params[2:], command.place.altitude_m))
-    known = message_id in WRITERS
+    known = message_id in session.flavour.writers
     if not known or elsewhere or not math.isfinite(interval_us) or interval_us > _IGNORED_COORDINATE:
         return mavlink.MAV_RESULT_FAILED
     session.streams.set_interval(message_id, round(interval_us), round(session.time_s * 1e6))
@@ -170,7 +169,9 @@ def _get_message_interval(session: Session, command: Command) -> int:
     message_id = whole(command.params[0])
     if not 0 <= message_id <= 0xFFFF:
         return mavlink.MAV_RESULT_DENIED
-    interval_us = session.streams.interval_us(message_id) or (-1 if message_id in WRITERS else 0)
+    interval_us = session.streams.interval_us(message_id) or (
+        -1 if message_id in session.flavour.writers else 0
+    )
     session.send(mavlink.MAVLink_message_interval_message(message_id, interval_us))
     return mavlink.MAV_RESULT_ACCEPTED
 

@@ -9,8 +9,10 @@ from sitl.mavlink.links import Link
 
 if TYPE_CHECKING:
     from sitl.mavlink.commands import Command
+    from sitl.mavlink.frames import Message
     from sitl.mavlink.parameters import ParameterWire
     from sitl.mavlink.session import Session
+    from sitl.mavlink.telemetry import Report
 
 Execute: TypeAlias = "Callable[[Session, Command], int]"
 """Does what a command asks for; returns a MAV_RESULT."""
@@ -34,6 +36,7 @@ class Flavour:
         system_status: MAV_STATE of the vehicle.
         results: MAV_RESULT of each answer of the firmware.
         parameters: how it puts parameters into messages.
+        writers: what writes each message that can be streamed or asked for, by message id.
         commands: what each MAV_CMD does.
         handlers: what is done with messages that not every autopilot takes alike, by message id.
     """
@@ -49,5 +52,6 @@ class Flavour:
     system_status: Callable[[Autopilot], int]
     results: Mapping[Result, int]
     parameters: "ParameterWire"
+    writers: Mapping[int, "Callable[[Report], Message]"]
     commands: Mapping[int, Execute]
     handlers: Mapping[int, Handle]

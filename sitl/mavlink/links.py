@@ -5,6 +5,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from pymavlink.dialects.v20 import common as mavlink
+from pymavlink.dialects.v20.development import MAVLink_current_mode_message
+
+CURRENT_MODE: int = MAVLink_current_mode_message.id
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,14 +35,20 @@ OFFBOARD = Link(
         mavlink.MAVLINK_MSG_ID_ODOMETRY: 30.0,
         mavlink.MAVLINK_MSG_ID_ALTITUDE: 10.0,
         mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED: 10.0,
+        mavlink.MAVLINK_MSG_ID_ATTITUDE_TARGET: 10.0,
+        mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW: 10.0,
         mavlink.MAVLINK_MSG_ID_VFR_HUD: 10.0,
         mavlink.MAVLINK_MSG_ID_GPS_RAW_INT: 10.0,
         mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: 5.0,
         mavlink.MAVLINK_MSG_ID_SYS_STATUS: 5.0,
         mavlink.MAVLINK_MSG_ID_PING: 1.0,
+        mavlink.MAVLINK_MSG_ID_SYSTEM_TIME: 1.0,
+        mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS: 1.0,
         mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN: 1.0,
         mavlink.MAVLINK_MSG_ID_HOME_POSITION: 0.5,
         mavlink.MAVLINK_MSG_ID_BATTERY_STATUS: 0.5,
+        mavlink.MAVLINK_MSG_ID_VIBRATION: 0.5,
+        CURRENT_MODE: 0.5,
     },
 )
 """For companions: MAVLINK_MODE_ONBOARD in PX4's mavlink_main.cpp. GPS_RAW_INT is unlimited there, hence at
@@ -58,6 +67,11 @@ GROUND_STATION = Link(
         mavlink.MAVLINK_MSG_ID_VFR_HUD: 4.0,
         mavlink.MAVLINK_MSG_ID_ALTITUDE: 1.0,
         mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: 1.0,
+        mavlink.MAVLINK_MSG_ID_SYSTEM_TIME: 1.0,
+        mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS: 0.5,
+        mavlink.MAVLINK_MSG_ID_VIBRATION: 0.1,
+        mavlink.MAVLINK_MSG_ID_ATTITUDE_TARGET: 2.0,
+        CURRENT_MODE: 0.5,
         mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN: 1.0,
         mavlink.MAVLINK_MSG_ID_SYS_STATUS: 1.0,
         mavlink.MAVLINK_MSG_ID_HOME_POSITION: 0.5,

@@ -5,7 +5,7 @@ import math
 from pymavlink.dialects.v20 import common as mavlink
 
 from sitl.firmware.interface import Autopilot, Mode, Result, Severity
-from sitl.mavlink import px4_parameters
+from sitl.mavlink import px4_parameters, targets, wellbeing
 from sitl.mavlink.commands import (
     COMMANDS,
     Command,
@@ -19,6 +19,7 @@ from sitl.mavlink.flavour import Flavour
 from sitl.mavlink.links import GROUND_STATION, OFFBOARD
 from sitl.mavlink.session import Session
 from sitl.mavlink.setpoints import SetpointRefusedError, read_setpoint
+from sitl.mavlink.telemetry import WRITERS
 
 _VERSION = 1 << 24 | 16 << 16 | 0 << 8 | mavlink.FIRMWARE_VERSION_TYPE_OFFICIAL
 _CAPABILITIES = (
@@ -129,6 +130,15 @@ PX4 = Flavour(
     system_status=_system_status,
     results=_RESULTS,
     parameters=px4_parameters.WIRE,
+    writers={
+        **WRITERS,
+        mavlink.MAVLINK_MSG_ID_SYSTEM_TIME: wellbeing.system_time,
+        mavlink.MAVLINK_MSG_ID_VIBRATION: wellbeing.vibration,
+        mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS: wellbeing.estimator_status,
+        mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED: targets.position_target_local_ned,
+        mavlink.MAVLINK_MSG_ID_ATTITUDE_TARGET: targets.attitude_target,
+        mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW: targets.servo_output_raw,
+    },
     commands={
         **COMMANDS,
         mavlink.MAV_CMD_NAV_TAKEOFF: _take_off,

@@ -22,6 +22,7 @@ class Session:
 
     Attributes:
         system_id: the vehicle's.
+        rotors: how many the vehicle has.
         firmware: the autopilot.
         flavour: how that speaks.
         streams: what this link carries, and how often.
@@ -31,6 +32,7 @@ class Session:
     """
 
     system_id: int
+    rotors: int
     firmware: Autopilot
     flavour: Flavour
     streams: Streams
@@ -41,7 +43,7 @@ class Session:
 
     def report(self) -> Report:
         """The vehicle's state now."""
-        return report(self.firmware, self.flavour, self.system_id, self.time_s)
+        return report(self.firmware, self.flavour, self.system_id, self.rotors, self.time_s)
 
     def accepts(self, target_system: int, target_component: int) -> bool:
         """Whether a message to this target is meant for the vehicle; 0 is everyone."""

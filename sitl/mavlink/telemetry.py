@@ -16,7 +16,7 @@ from sitl.firmware.interface import Autopilot, Landed
 from sitl.geodesy import HOME, Geodetic, geodetic_from_ned
 from sitl.mavlink.flavour import Flavour
 from sitl.mavlink.frames import Message
-from sitl.mavlink.setpoints import IGNORE_BITS
+from sitl.mavlink.links import CURRENT_MODE
 
 _Three = tuple[float, float, float]
 
@@ -26,6 +26,7 @@ _NAN = math.nan
 _NO_COVARIANCE = [_NAN] * 21
 _UNKNOWN_CELL_MV = 65535
 _NON_STANDARD_MODE = 0
+_UID = 0x5349544C << 8  # "SITL"
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +37,7 @@ class Report:
         firmware: the autopilot that reports.
         flavour: how it speaks.
         system_id: MAVLink id of the vehicle.
+        rotors: how many it has.
         time_s: time since boot (s), of the simulation.
         position, velocity: NED (m, m/s).
         quaternion: body to NED; w, x, y, z.
@@ -47,6 +49,7 @@ class Report:
     firmware: Autopilot
     flavour: Flavour
     system_id: int
+    rotors: int
     time_s: float
     position: _Three
     velocity: _Three
@@ -76,7 +79,7 @@ class Report:
         return geodetic_from_ned(*self.position)
 
 
-def report(firmware: Autopilot, flavour: Flavour, system_id: int, time_s: float) -> Report:
+def report(firmware: Autopilot, flavour: Flavour, system_id: int, rotors: int, time_s: float) -> Report:
     """The state of `firmware` now."""
     estimate = firmware.estimate
     w, x, y, z = estimate.attitude.tolist()
@@ -89,6 +92,7 @@ def report(firmware: Autopilot, flavour: Flavour, system_id: int, time_s: float)
         firmware,
         flavour,
         system_id,
+        rotors,
         time_s,
         position=tuple(estimate.position.tolist()),
         velocity=tuple(estimate.velocity.tolist()),
@@ -137,7 +141,7 @@ def autopilot_version(state: Report) -> Message:
         os_custom_version=[0] * 8,
         vendor_id=0,
         product_id=0,
-        uid=state.system_id,
+        uid=_UID + state.system_id,
     )
 
 
@@ -288,7 +292,7 @@ def vfr_hud(state: Report) -> Message:
         airspeed=speed,
         groundspeed=speed,
         heading=_limited(state.heading_deg, _INT16) % 360,
-        throttle=0,
+        throttle=round(100.0 * state.firmware.attitude_target.thrust),
         alt=state.place.altitude_m,
         climb=-down,
     )
@@ -336,22 +340,6 @@ def extended_sys_state(state: Report) -> Message:
     )
 
 
-def position_target_local_ned(state: Report) -> Message:
-    """POSITION_TARGET_LOCAL_NED: what the position controller follows; channels that are off are masked."""
-    setpoint = state.firmware.active_setpoint
-    values = [
-        *setpoint.position.tolist(),
-        *setpoint.velocity.tolist(),
-        *setpoint.acceleration.tolist(),
-        setpoint.yaw,
-        setpoint.yaw_rate,
-    ]
-    mask = sum(bit for bit, value in zip(IGNORE_BITS, values, strict=True) if not math.isfinite(value))
-    return mavlink.MAVLink_position_target_local_ned_message(
-        state.time_ms, mavlink.MAV_FRAME_LOCAL_NED, mask, *values
-    )
-
-
 def timesync_request(state: Report) -> Message:
     """TIMESYNC: asks the peer for its time; ts1 comes back with the answer."""
     return mavlink.MAVLink_timesync_message(tc1=0, ts1=round(state.time_s * 1e9))
@@ -375,7 +363,6 @@ WRITERS: Mapping[int, Callable[[Report], Message]] = {
     mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: global_position_int,
     mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN: gps_global_origin,
     mavlink.MAVLINK_MSG_ID_VFR_HUD: vfr_hud,
-    mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED: position_target_local_ned,
     mavlink.MAVLINK_MSG_ID_TIMESYNC: timesync_request,
     mavlink.MAVLINK_MSG_ID_ALTITUDE: altitude,
     mavlink.MAVLINK_MSG_ID_BATTERY_STATUS: battery_status,
@@ -383,6 +370,6 @@ WRITERS: Mapping[int, Callable[[Report], Message]] = {
     mavlink.MAVLINK_MSG_ID_HOME_POSITION: home_position,
     mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: extended_sys_state,
     mavlink.MAVLINK_MSG_ID_ODOMETRY: odometry,
-    MAVLink_current_mode_message.id: current_mode,
+    CURRENT_MODE: current_mode,
 }
-"""All messages that can be streamed or asked for, by message id."""
+"""What every autopilot can stream or be asked for, by message id."""

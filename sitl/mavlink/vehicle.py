@@ -16,7 +16,7 @@ from sitl.mavlink.frames import Encoder, Message, decode
 from sitl.mavlink.links import Link, Streams
 from sitl.mavlink.px4 import PX4
 from sitl.mavlink.session import Session
-from sitl.mavlink.telemetry import WRITERS, report
+from sitl.mavlink.telemetry import report
 from sitl.plant import TICK_S
 from sitl.simulation import Simulation
 from sitl.vehicle import load_vehicle
@@ -49,6 +49,7 @@ class MavlinkVehicle:
         self.simulation = simulation
         self._flavour = _FLAVOURS[simulation.vehicle.firmware]
         self.system_id = system_id
+        self._rotors = len(simulation.vehicle.rotors.layout)
         self.status_texts: deque[StatusText] = deque(maxlen=100)
         """The newest texts that the firmware gave out, for whoever watches beside the links."""
         conditions = simulation.conditions.link
@@ -77,6 +78,7 @@ class MavlinkVehicle:
     def _open(self, link: Link) -> Session:
         return Session(
             system_id=self.system_id,
+            rotors=self._rotors,
             firmware=self.simulation.firmware,
             flavour=self._flavour,
             streams=Streams(link.rates_hz),
@@ -122,7 +124,7 @@ class MavlinkVehicle:
     def _tell(self) -> None:
         """Send on every link what is due."""
         firmware, now_s = self.simulation.firmware, self.simulation.time_s
-        state = report(firmware, self._flavour, self.system_id, now_s)
+        state = report(firmware, self._flavour, self.system_id, self._rotors, now_s)
         texts = firmware.take_status_texts()
         self.status_texts.extend(texts)
         for session in self._sessions.values():
@@ -131,7 +133,7 @@ class MavlinkVehicle:
                 session.say(text.severity, text.text)
             parameters.send_backlog(session)
             for message_id in session.streams.take_due(state.time_us):
-                session.send(WRITERS[message_id](state))
+                session.send(self._flavour.writers[message_id](state))
 
 
 def open_vehicle(

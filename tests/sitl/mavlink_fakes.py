@@ -11,6 +11,7 @@ from sitl.arrays import Vec3
 from sitl.conditions import Conditions, LinkConditions
 from sitl.firmware.ardupilot_parameters import ArduPilotParameters
 from sitl.firmware.interface import (
+    AttitudeTarget,
     Battery,
     Estimate,
     Health,
@@ -64,6 +65,10 @@ class FakeFirmware:
     @property
     def active_setpoint(self) -> Setpoint:
         return self.setpoints[-1] if self.setpoints else Setpoint()
+
+    @property
+    def attitude_target(self) -> AttitudeTarget:
+        return AttitudeTarget(self.attitude, np.array([0.4, 0.5, 0.6]), 0.45)
 
     def set_parameter(self, name: str, value: float) -> None:
         self.parameters = self.parameters.changed(name, value)

@@ -5,7 +5,7 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from sitl.mavlink import GROUND_STATION, OFFBOARD
 from sitl.mavlink.links import Link, Streams
-from sitl.mavlink.telemetry import WRITERS
+from sitl.mavlink.px4 import PX4
 
 ATTITUDE = mavlink.MAVLINK_MSG_ID_ATTITUDE
 ALTITUDE = mavlink.MAVLINK_MSG_ID_ALTITUDE
@@ -27,7 +27,7 @@ def test_every_stream_comes_at_its_rate(link: Link) -> None:
 
 @pytest.mark.parametrize("link", [OFFBOARD, GROUND_STATION])
 def test_every_stream_can_be_written(link: Link) -> None:
-    assert set(link.rates_hz) <= set(WRITERS)
+    assert set(link.rates_hz) <= set(PX4.writers)
 
 
 def test_a_rate_above_the_tick_is_the_tick() -> None:

@@ -10,14 +10,16 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from sitl.firmware.interface import Battery, Health, Landed, Mode, Setpoint
 from sitl.geodesy import HOME, geodetic_from_ned, ned_from_geodetic
+from sitl.mavlink.ardupilot import ARDUPILOT
 from sitl.mavlink.px4 import PX4
-from sitl.mavlink.telemetry import WRITERS, report
+from sitl.mavlink.telemetry import report
+from sitl.mavlink.wellbeing import ekf_status_report
 
 
 def written(name: str, firmware: FakeFirmware | None = None, time_s: float = 12.345) -> dict[str, Any]:
     """The fields of a message after its way over the wire."""
-    state = report(firmware or FakeFirmware(), PX4, 1, time_s)
-    message = WRITERS[getattr(mavlink, f"MAVLINK_MSG_ID_{name}")](state)
+    state = report(firmware or FakeFirmware(), PX4, 1, 4, time_s)
+    message = PX4.writers[getattr(mavlink, f"MAVLINK_MSG_ID_{name}")](state)
     (received,) = mavlink.MAVLink(None).parse_buffer(message.pack(mavlink.MAVLink(None, 1, 1))) or []
     assert received.get_type() == name
     return {field: getattr(received, field) for field in received.get_fieldnames()}
@@ -35,9 +37,9 @@ def quaternion(roll: float, pitch: float, yaw: float) -> np.ndarray:
     )
 
 
-@pytest.mark.parametrize("message_id", sorted(WRITERS))
+@pytest.mark.parametrize("message_id", sorted(PX4.writers))
 def test_every_writer_writes_its_own_message(message_id: int) -> None:
-    assert WRITERS[message_id](report(FakeFirmware(), PX4, 1, 1.0)).get_msgId() == message_id
+    assert PX4.writers[message_id](report(FakeFirmware(), PX4, 1, 4, 1.0)).get_msgId() == message_id
 
 
 def test_local_position_is_ned_in_metres() -> None:
@@ -148,9 +150,34 @@ def test_position_target_masks_what_is_off() -> None:
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e30])
-@pytest.mark.parametrize("message_id", sorted(WRITERS))
+@pytest.mark.parametrize("message_id", sorted(PX4.writers))
 def test_a_state_beyond_all_bounds_can_still_be_told(message_id: int, value: float) -> None:
     lost = FakeFirmware(
         position=np.full(3, value), velocity=np.full(3, value), battery=Battery(value, value, value)
     )
-    WRITERS[message_id](report(lost, PX4, 1, 1.0)).pack(mavlink.MAVLink(None, 1, 1))
+    PX4.writers[message_id](report(lost, PX4, 1, 4, 1.0)).pack(mavlink.MAVLink(None, 1, 1))
+
+
+def test_the_attitude_controllers_target_is_told() -> None:
+    fields = written("ATTITUDE_TARGET")
+    assert fields["q"] == pytest.approx([1.0, 0.0, 0.0, 0.0])
+    assert (fields["body_roll_rate"], fields["thrust"]) == (pytest.approx(0.4), pytest.approx(0.45))
+
+
+def test_rotors_idle_below_their_range_when_disarmed() -> None:
+    assert written("SERVO_OUTPUT_RAW")["servo4_raw"] == 900
+    flying = written("SERVO_OUTPUT_RAW", FakeFirmware(armed=True))
+    assert (flying["servo4_raw"], flying["servo5_raw"]) == (1450, 900)
+
+
+@pytest.mark.parametrize(("position_ok", "predicts"), [(True, True), (False, False)])
+def test_the_estimators_flags_say_whether_there_is_a_position(position_ok: bool, predicts: bool) -> None:
+    firmware = FakeFirmware(health=Health(sensors_ok=True, position_ok=position_ok, ready_to_arm=True))
+    flags = written("ESTIMATOR_STATUS", firmware)["flags"]
+    assert bool(flags & mavlink.ESTIMATOR_PRED_POS_HORIZ_ABS) is predicts
+    report_of_ardupilot = ekf_status_report(report(firmware, ARDUPILOT, 1, 4, 1.0))
+    assert report_of_ardupilot.flags == flags  # the same bits in both messages
+
+
+def test_the_date_does_not_depend_on_the_day() -> None:
+    assert written("SYSTEM_TIME", time_s=2.0)["time_unix_usec"] == 1_767_225_602_000_000

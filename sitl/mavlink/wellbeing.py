@@ -1,0 +1,75 @@
+"""What the vehicle tells of its clock, its estimator and its vibrations."""
+
+import math
+from typing import cast
+
+from pymavlink.dialects.v20 import common as mavlink
+from pymavlink.dialects.v20.ardupilotmega import MAVLink_ekf_status_report_message
+
+from sitl.mavlink.frames import Message
+from sitl.mavlink.telemetry import Report
+
+EKF_STATUS_REPORT: int = MAVLink_ekf_status_report_message.id
+_BOOT_US = 1_767_225_600_000_000
+"""Unix time at which every simulation boots: the first second of 2026."""
+_WITHOUT_POSITION = (
+    mavlink.ESTIMATOR_ATTITUDE
+    | mavlink.ESTIMATOR_VELOCITY_VERT
+    | mavlink.ESTIMATOR_POS_VERT_ABS
+    | mavlink.ESTIMATOR_CONST_POS_MODE
+)
+_WITH_POSITION = (
+    mavlink.ESTIMATOR_ATTITUDE
+    | mavlink.ESTIMATOR_VELOCITY_HORIZ
+    | mavlink.ESTIMATOR_VELOCITY_VERT
+    | mavlink.ESTIMATOR_POS_HORIZ_REL
+    | mavlink.ESTIMATOR_POS_HORIZ_ABS
+    | mavlink.ESTIMATOR_POS_VERT_ABS
+    | mavlink.ESTIMATOR_PRED_POS_HORIZ_REL
+    | mavlink.ESTIMATOR_PRED_POS_HORIZ_ABS
+)
+_GOOD = 0.1
+"""A test ratio, or variance, of an estimator that is content: 1 is where it begins to refuse."""
+
+
+def _flags(state: Report) -> int:
+    return _WITH_POSITION if state.firmware.health.position_ok else _WITHOUT_POSITION
+
+
+def system_time(state: Report) -> Message:
+    """SYSTEM_TIME: a date that does not depend on when the simulation runs, and the time since boot."""
+    return mavlink.MAVLink_system_time_message(_BOOT_US + state.time_us, state.time_ms)
+
+
+def vibration(state: Report) -> Message:
+    """VIBRATION: none."""
+    return mavlink.MAVLink_vibration_message(state.time_us, 0.0, 0.0, 0.0, 0, 0, 0)
+
+
+def estimator_status(state: Report) -> Message:
+    """ESTIMATOR_STATUS: which estimates may be trusted; PX4's."""
+    return mavlink.MAVLink_estimator_status_message(
+        time_usec=state.time_us,
+        flags=_flags(state),
+        vel_ratio=_GOOD,
+        pos_horiz_ratio=_GOOD,
+        pos_vert_ratio=_GOOD,
+        mag_ratio=_GOOD,
+        hagl_ratio=_GOOD,
+        tas_ratio=math.nan,
+        pos_horiz_accuracy=0.3,
+        pos_vert_accuracy=0.3,
+    )
+
+
+def ekf_status_report(state: Report) -> Message:
+    """EKF_STATUS_REPORT: the same for ArduPilot, whose flags have the same bits."""
+    message = MAVLink_ekf_status_report_message(
+        flags=_flags(state),
+        velocity_variance=_GOOD,
+        pos_horiz_variance=_GOOD,
+        pos_vert_variance=_GOOD,
+        compass_variance=_GOOD,
+        terrain_alt_variance=0.0,
+    )
+    return cast(Message, message)  # pymavlink gives each dialect a base class of its own
