@@ -8,8 +8,8 @@ import pytest
 from mavlink_fakes import command_long, encode, parse
 from pymavlink.dialects.v20 import common as mavlink
 
-from sitl.mavlink import MavlinkVehicle, open_vehicle
 from sitl.geodesy import geodetic_from_ned
+from sitl.mavlink import MavlinkVehicle, open_vehicle
 
 NAN = math.nan
 OFFBOARD_MODE = command_long(mavlink.MAV_CMD_DO_SET_MODE, 1, 6)
