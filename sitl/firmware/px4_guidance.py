@@ -12,6 +12,7 @@ from sitl.firmware.smooth_path import PathLimits, approach, begin, braking_dista
 from sitl.quaternion import yaw_of
 
 _ARRIVED_M = 0.2
+_FAR_ENOUGH_TO_LOOK_M = 1.0
 _YAW_SPEED_RAD_S = math.radians(45.0)
 _SLOW_DESCENT_HEIGHT_M = 5.0
 _FAST_DESCENT_HEIGHT_M = 10.0
@@ -20,7 +21,11 @@ _AHEAD_M = 5.0
 
 
 class Guidance:
-    """Writes position, velocity and acceleration setpoints for whatever it was last told to do."""
+    """Writes position, velocity and acceleration setpoints for whatever it was last told to do.
+
+    Attributes:
+        speed: over ground (m/s); None for MPC_XY_CRUISE.
+    """
 
     def __init__(
         self, parameters: Px4Parameters, estimate: Estimator, setpoint: PositionSetpoint, dt: float
@@ -34,6 +39,7 @@ class Guidance:
         self._lands = False
         self._target_yaw = 0.0
         self._yaw = 0.0
+        self.speed: float | None = None
         self.hold()
 
     def use(self, parameters: Px4Parameters) -> None:
@@ -50,6 +56,17 @@ class Guidance:
         """Whether the vehicle, by its estimate, is at the height where the present leg ends."""
         return abs(float(self._estimate.position[2] - self.target[2])) < _ARRIVED_M
 
+    @property
+    def climbs(self) -> bool:
+        """Whether the present leg ends above the vehicle."""
+        return float(self.target[2]) < float(self._estimate.position[2])
+
+    @property
+    def at_end(self) -> bool:
+        """Whether the path is at the last target."""
+        gap = float(np.linalg.norm(self._path.position - self.target))
+        return len(self._targets) == 1 and gap < _ARRIVED_M
+
     def hold(self) -> None:
         """Brake and stay where that ends."""
         self.follow([self._braking_point()])
@@ -61,6 +78,22 @@ class Guidance:
         self._lands = lands
         self._yaw = yaw_of(self._estimate.attitude)
         self._target_yaw = self._yaw if math.isnan(yaw) else yaw
+
+    def turn_to(self, target: Vec3, *, yaw: float) -> None:
+        """Fly to another target without a stop; NaN yaw looks there."""
+        self._targets = [target]
+        self._lands = False
+        north, east = target[0] - self._path.position[0], target[1] - self._path.position[1]
+        if not math.isnan(yaw):
+            self._target_yaw = yaw
+        elif math.hypot(north, east) > _FAR_ENOUGH_TO_LOOK_M:
+            self._target_yaw = math.atan2(east, north)
+
+    def land_at(self, place: Vec3) -> None:
+        """Fly over a place at the present height, and descend there."""
+        here = self._path.position
+        self._targets = [np.array((place[0], place[1], here[2])), place]
+        self._lands = True
 
     def land(self) -> None:
         """Brake and descend where that ends."""
@@ -80,7 +113,8 @@ class Guidance:
         if descends:
             target = np.array((target[0], target[1], self._path.position[2] + _AHEAD_M))
         down = self._descent_speed() if descends else p.MPC_Z_VEL_MAX_DN
-        approach(self._path, target, PathLimits(p.MPC_XY_CRUISE, max_up, down, p.MPC_ACC_HOR), dt)
+        cruise = p.MPC_XY_CRUISE if self.speed is None else self.speed
+        approach(self._path, target, PathLimits(cruise, max_up, down, p.MPC_ACC_HOR), dt)
         if len(self._targets) > 1 and float(np.linalg.norm(self._path.position - target)) < _ARRIVED_M:
             del self._targets[0]
         turn = math.remainder(self._target_yaw - self._yaw, 2.0 * math.pi)

@@ -53,12 +53,12 @@ class Px4Parameters(Parameters):
     MPC_LAND_SPEED: float = Field(0.7, ge=0.6, le=4.0)
     MIS_TAKEOFF_ALT: float = Field(2.5, ge=0.0, le=80.0)
     MIS_DIST_1WP: float = Field(10000.0, ge=-1.0, le=100000.0)
-    NAV_ACC_RAD: float = Field(10.0, ge=0.05, le=200.0)
+    NAV_ACC_RAD: float = Field(2.0, ge=0.05, le=200.0)
     NAV_MC_ALT_RAD: float = Field(0.8, ge=0.05, le=200.0)
     NAV_LOITER_RAD: float = Field(80.0, ge=25.0, le=1000.0)
     RTL_TYPE: Literal[0, 1, 2, 3, 4, 5] = 0
-    RTL_RETURN_ALT: float = Field(60.0, ge=0.0)
-    RTL_DESCEND_ALT: float = Field(30.0, ge=0.0)
+    RTL_RETURN_ALT: float = Field(30.0, ge=0.0)
+    RTL_DESCEND_ALT: float = Field(10.0, ge=0.0)
     RTL_LAND_DELAY: float = Field(0.0, ge=-1.0)
     RTL_MIN_DIST: float = Field(10.0, ge=0.5, le=100.0)
     RTL_CONE_ANG: Literal[0, 25, 45, 65, 80, 90] = 45

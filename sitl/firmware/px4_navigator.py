@@ -1,0 +1,179 @@
+"""PX4's navigator: which way the AUTO modes fly, mission and fence included.
+
+https://docs.px4.io/main/en/flight_modes_mc/mission.html, https://docs.px4.io/main/en/flight_modes_mc/return.html,
+https://docs.px4.io/main/en/flying/geofence.html.
+"""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from sitl.estimator import Estimator
+from sitl.firmware.fence_watch import FenceWatch
+from sitl.firmware.interface import Mode, Severity
+from sitl.firmware.px4_feasibility import fence_limits, reason_to_refuse
+from sitl.firmware.px4_guidance import Guidance
+from sitl.firmware.px4_parameters import Px4Parameters
+from sitl.firmware.px4_return import return_height, return_place
+from sitl.plan.fence import Limits
+from sitl.plan.items import Command, Item, PlanKind
+from sitl.plan.mission import Flight, Leg, Mission, MissionRules, Situation
+from sitl.plan.places import local_place
+from sitl.plan.plans import Plans
+from sitl.quaternion import yaw_of
+
+_RULES = MissionRules(first=0, yaw_in_waypoint=True, reports_every_item=True, climbs_first=True)
+_BREACH_MODES = {2: Mode.HOLD, 3: Mode.RTL, 5: Mode.LAND}
+_CURRENT_PLACE = 1.0
+
+Say = Callable[[Severity, str], None]
+
+
+class Navigator:
+    """Tells guidance where to fly, and the commander which mode should follow.
+
+    Attributes:
+        plans: mission, fence, rally points and home.
+        refusal: why the mission cannot be flown; None when it can.
+    """
+
+    def __init__(self, parameters: Px4Parameters, estimate: Estimator, guidance: Guidance, say: Say) -> None:
+        self._parameters = parameters
+        self._estimate = estimate
+        self._guidance = guidance
+        self._say = say
+        self._mission = Mission(_RULES, self._perform)
+        self.plans = Plans(estimate.position.copy(), self._mission, self._plan_changed)
+        self.fence = FenceWatch()
+        self.landed = True
+        self._limits: Limits | None = None
+        self.refusal: str | None = "no valid mission available"
+        self._next: Mode | None = None
+        self._waits_from_s: float | None = None
+
+    def use(self, parameters: Px4Parameters) -> None:
+        """Go by these from now on."""
+        self._parameters = parameters
+        self._limits = fence_limits(parameters, self.plans[PlanKind.FENCE])
+
+    def begin_flight(self) -> None:
+        """Armed now: home is here, and a mission that was flown begins anew."""
+        self.plans.home = self._estimate.position.copy()
+        if self._mission.complete:
+            self._mission.restart()
+
+    def enter(self, mode: Mode) -> None:
+        """Fly as a mode begins."""
+        self._mission.pause()
+        self._next = None
+        if mode is not Mode.MISSION:
+            self._guidance.speed = None
+        if mode in (Mode.HOLD, Mode.POSCTL):
+            self._guidance.hold()
+        elif mode is Mode.LAND:
+            self._guidance.land()
+        elif mode is Mode.RTL:
+            self._return()
+        elif mode is Mode.MISSION:
+            self._guidance.hold()
+
+    def change_speed(self, speed_m_s: float) -> None:
+        """Ground speed (m/s) of the present mode and of the mission; below 0 the usual one."""
+        self._guidance.speed = speed_m_s if speed_m_s > 0.0 else None
+
+    def update(self, mode: Mode, time_s: float) -> Mode | None:
+        """Follow mission or return; the mode that should come next, if this one is done."""
+        if mode is Mode.MISSION:
+            return self._follow_mission(time_s)
+        if mode is Mode.RTL:
+            self._wait_over_landing(time_s)
+        return None
+
+    def broken_fence(self, time_s: float) -> Mode | None:
+        """What a breach of the fence asks for now: a mode, or a warning only."""
+        p = self._parameters
+        if not self.fence.update(self._limits, self._estimate.position, self.plans.home, time_s):
+            return None
+        mode = _BREACH_MODES.get(p.GF_ACTION)
+        limit = self.fence.status.breach
+        self._say(Severity.WARNING, f"Geofence violation: {limit}" + (f", mode {mode.name}" if mode else ""))
+        return mode
+
+    def _follow_mission(self, time_s: float) -> Mode | None:
+        p, e = self._parameters, self._estimate
+        now = Situation(
+            time_s=time_s,
+            position=e.position,
+            yaw=yaw_of(e.attitude),
+            home=self.plans.home,
+            landed=self.landed,
+            radius=p.NAV_ACC_RAD,
+            height=p.NAV_MC_ALT_RAD,
+        )
+        leg = self._mission.update(now)
+        if leg is not None:
+            self._fly(leg)
+        if self._mission.complete:
+            self._say(Severity.INFO, "Mission finished, loitering.")
+            return Mode.HOLD
+        return self._next
+
+    def _fly(self, leg: Leg) -> None:
+        here = self._estimate.position
+        match leg.flight:
+            case Flight.CLIMB:
+                least = float(self.plans.home[2]) - self._parameters.MIS_TAKEOFF_ALT
+                down = min(float(leg.place[2]), least) if self.landed else float(leg.place[2])
+                self._guidance.follow([np.array((here[0], here[1], down))], yaw=leg.yaw)
+            case Flight.LAND:
+                self._guidance.land_at(leg.place)
+            case Flight.RETURN:
+                self._next = Mode.RTL
+            case Flight.STAY:
+                self._guidance.hold()
+            case _:
+                self._guidance.turn_to(leg.place, yaw=leg.yaw)
+
+    def _perform(self, item: Item) -> None:
+        if item.command == Command.DO_CHANGE_SPEED:
+            self.change_speed(item.param(2, -1.0))
+        elif item.command == Command.DO_SET_HOME:
+            here = item.param(1) == _CURRENT_PLACE
+            self.plans.home = self._estimate.position.copy() if here else local_place(item, self.plans.home)
+
+    def _return(self) -> None:
+        p, here = self._parameters, self._estimate.position
+        place = return_place(p, self.plans, here)
+        down = float(place[2]) - return_height(p, place, here)
+        descended = max(down, float(place[2]) - p.RTL_DESCEND_ALT)
+        self._waits_from_s = None
+        self._guidance.follow(
+            [
+                np.array((here[0], here[1], down)),
+                np.array((place[0], place[1], down)),
+                np.array((place[0], place[1], descended)),
+            ],
+            lands=p.RTL_LAND_DELAY == 0.0,
+        )
+
+    def _wait_over_landing(self, time_s: float) -> None:
+        delay_s = self._parameters.RTL_LAND_DELAY
+        if delay_s <= 0.0 or not self._guidance.at_end:
+            return
+        if self._waits_from_s is None:
+            self._waits_from_s = time_s
+        elif time_s - self._waits_from_s >= delay_s:
+            self._waits_from_s = math.inf
+            self._guidance.land()
+
+    def _plan_changed(self, kind: PlanKind) -> None:
+        self._limits = fence_limits(self._parameters, self.plans[PlanKind.FENCE])
+        mission = self.plans[PlanKind.MISSION]
+        if not mission.items:
+            self.refusal = "no valid mission available"
+            return
+        home = self.plans.home
+        self.refusal = reason_to_refuse(mission, self._limits, self._parameters, home, landed=self.landed)
+        if self.refusal and kind is not PlanKind.RALLY:
+            self._say(Severity.CRITICAL, f"Mission rejected: {self.refusal}")
