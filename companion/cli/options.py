@@ -62,6 +62,15 @@ SigningKeyFile: TypeAlias = Annotated[
         "(mode 0600): 32 bytes in hex or base64, or a passphrase.",
     ),
 ]
+Forward: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--forward",
+        metavar="URL",
+        help="Let a ground station share the link: udpout://HOST:14550, tcpin://0.0.0.0:5760; "
+        "may be given several times.",
+    ),
+]
 SystemIdInLog: TypeAlias = Annotated[
     int | None,
     typer.Option(

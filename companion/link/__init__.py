@@ -1,7 +1,8 @@
 """Byte transports, MAVLink framing, time sync and requests; nothing of learning."""
 
 from companion.link.address import parse_address
-from companion.link.connection import Connection, connect
+from companion.link.connecting import connect
+from companion.link.connection import Connection
 from companion.link.telemetry import Telemetry, start_telemetry
 
 __all__ = ["Connection", "Telemetry", "connect", "parse_address", "start_telemetry"]

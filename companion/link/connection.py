@@ -7,19 +7,16 @@ the autopilot of the system that was connected to, and from nobody else.
 import asyncio
 from collections import defaultdict
 from collections.abc import AsyncIterator, Callable
-from contextlib import AsyncExitStack, aclosing, asynccontextmanager
-from functools import partial
+from contextlib import aclosing, asynccontextmanager
 from typing import Any, TypeVar
 
 from companion.errors import LinkError, NoReplyError
-from companion.link.address import Address, parse_address
+from companion.link.courtesy import QUESTIONS, answers
 from companion.link.dialect import Message, mavlink
 from companion.link.framing import Frame, FrameCounts, FrameSplitter, decode
 from companion.link.lasting import LastingTransport, OpenTransport, open_lasting
-from companion.link.opening import open_transport
 from companion.link.presence import Presence
-from companion.link.signing import Signer, SigningKey
-from companion.link.signing_state import lasting_signer
+from companion.link.signing import Signer
 from companion.link.status_text import StatusTexts
 from companion.link.tasks import Spawn, background_tasks
 from companion.link.transport import Transport
@@ -33,37 +30,6 @@ _SYSTEM_ID_BEFORE_ANY_IS_KNOWN = 1
 
 
 @asynccontextmanager
-async def connect(
-    address: str | Address,
-    *,
-    system_id: int | None = None,
-    signing: SigningKey | None = None,
-    timeout_s: float = 10.0,
-) -> AsyncIterator["Connection"]:
-    """Connect to the vehicle at `address`, until the block ends.
-
-    A link that breaks later does not end the block: it is opened again, and `Connection.presence` tells.
-
-    Args:
-        address: a connection string, such as `udpin://0.0.0.0:14540`, or what it means.
-        system_id: of the vehicle; without it, the first vehicle that is heard.
-        signing: signs what is sent; only what is signed with it is believed. Without it, anything is.
-        timeout_s: how long to wait for the vehicle's heartbeat (s).
-
-    Raises:
-        InputError: the connection string is wrong, or the timestamps of signatures cannot be kept.
-        LinkError: the transport cannot be opened, or no vehicle is there.
-    """
-    target = parse_address(address) if isinstance(address, str) else address
-    opener = partial(open_transport, target)
-    async with AsyncExitStack() as stack:
-        signer = await stack.enter_async_context(lasting_signer(signing)) if signing else None
-        yield await stack.enter_async_context(
-            connect_over(opener, system_id=system_id, signer=signer, timeout_s=timeout_s)
-        )
-
-
-@asynccontextmanager
 async def connect_over(
     opener: OpenTransport,
     *,
@@ -71,7 +37,17 @@ async def connect_over(
     signer: Signer | None = None,
     timeout_s: float = 10.0,
 ) -> AsyncIterator["Connection"]:
-    """As `connect`, over whatever transport `opener` opens."""
+    """Connect to the vehicle on the transport that `opener` opens, until the block ends.
+
+    Args:
+        opener: called again when that breaks.
+        system_id: of the vehicle; without it, the first vehicle that is heard.
+        signer: signs what is sent and judges what is received; without it, anything is believed.
+        timeout_s: how long to wait for the vehicle's heartbeat (s).
+
+    Raises:
+        LinkError: the transport cannot be opened, or no vehicle is there.
+    """
     connection = Connection(system_id, signer)
     async with aclosing(await open_lasting(opener, connection)) as transport, background_tasks() as spawn:
         spawn(transport.keep_open())
@@ -81,7 +57,7 @@ async def connect_over(
 
 
 class Connection:
-    """A vehicle that was found, and the way to it; made by `connect`.
+    """A vehicle that was found, and the way to it; made by `connect` and `connect_over`.
 
     Attributes:
         spawn: starts a task that ends with the connection, and ends the connection when it fails.
@@ -112,6 +88,7 @@ class Connection:
             None, srcSystem=system_id or _SYSTEM_ID_BEFORE_ANY_IS_KNOWN, srcComponent=_COMPONENT_ID
         )
         self._handlers: dict[int, tuple[Callable[[Any], None], ...]] = {}
+        self._listeners: tuple[Callable[[bytes], None], ...] = ()
         self._locks: defaultdict[object, asyncio.Lock] = defaultdict(asyncio.Lock)
         self.subscribe(mavlink.MAVLink_statustext_message, self.status_texts.add)
 
@@ -178,7 +155,25 @@ class Connection:
         """Send `message` now, or drop it where the transport cannot take it; never waits."""
         data = message.pack(self._encoder)
         self._encoder.seq = (self._encoder.seq + 1) % 256
-        self._transport.send(self.signer.sign(data) if self.signer else data)
+        if self.signer:
+            data = self.signer.sign(data)
+        self._transport.send(data)
+        self._let_overhear(data)
+
+    def relay(self, frame: Frame) -> None:
+        """Pass on, as it is, a frame of somebody who reaches the vehicle through us."""
+        self._transport.send(frame.data)
+        if frame.message_id in QUESTIONS and self._believes(frame):
+            self._answer(frame)
+
+    def overhear(self, listener: Callable[[bytes], None]) -> Callable[[], None]:
+        """Call `listener` with each frame on the link, whoever sent it; returns what ends that."""
+        self._listeners += (listener,)
+
+        def leave() -> None:
+            self._listeners = tuple(other for other in self._listeners if other is not listener)
+
+        return leave
 
     def subscribe(self, kind: type[M], handler: Callable[[M], None]) -> Callable[[], None]:
         """Call `handler` with each message of `kind` from the vehicle, as it arrives; returns what ends that.
@@ -221,6 +216,7 @@ class Connection:
         """Hand on what the transport received; an error in a handler ends the connection."""
         try:
             for frame in self._splitter.feed(data):
+                self._let_overhear(frame.data)
                 if self._believes(frame):
                     self._dispatch(frame)
         except Exception as error:
@@ -229,6 +225,14 @@ class Connection:
     def transport_lost(self, error: Exception) -> None:
         """The transport failed in a way that opening it again does not mend: so does the connection."""
         self._fail(error)
+
+    def _let_overhear(self, data: bytes) -> None:
+        for listener in self._listeners:
+            listener(data)
+
+    def _answer(self, frame: Frame) -> None:
+        for answer in answers(decode(frame), self.ids):
+            self.send(answer)
 
     def _believes(self, frame: Frame) -> bool:
         rejection = self.signer.rejection(frame) if self.signer else None
@@ -242,6 +246,8 @@ class Connection:
             self._notice_heartbeat(frame)
         elif self._heartbeat is None:
             return
+        if frame.message_id in QUESTIONS:
+            self._answer(frame)
         if frame.system_id != self.system_id or frame.component_id != _AUTOPILOT:
             self.strange_frames += 1
             return

@@ -14,7 +14,8 @@ from fake_vehicle import FakeVehicle, encoder, heartbeat, in_virtual_time
 
 from companion import clock
 from companion.errors import LinkError
-from companion.link.connection import Connection, connect, connect_over
+from companion.link.connecting import connect
+from companion.link.connection import Connection, connect_over
 from companion.link.dialect import mavlink
 from companion.link.presence import LOST_AFTER_S, LinkChange
 from companion.link.transport import Receiver, Transport

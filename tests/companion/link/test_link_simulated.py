@@ -5,7 +5,7 @@ import pytest
 
 from companion import clock
 from companion.errors import InputError, LinkError
-from companion.link.connection import connect
+from companion.link.connecting import connect
 from companion.link.simulated import SimulatedTransport
 from companion.link.telemetry import start_telemetry
 from companion.state import VehicleState

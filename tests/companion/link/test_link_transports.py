@@ -12,7 +12,7 @@ from fake_vehicle import encoder, heartbeat
 
 from companion.errors import LinkError
 from companion.link.address import Serial, TcpIn, TcpOut, UdpIn, UdpOut
-from companion.link.connection import connect
+from companion.link.connecting import connect
 from companion.link.dialect import mavlink
 from companion.link.opening import open_transport
 from companion.link.stream import StreamTransport
