@@ -7,7 +7,7 @@ item 0, its home, is `Plan.home`, and is added and taken off where bytes are sen
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, replace
 from enum import IntEnum
 from typing import TypeAlias
 
@@ -101,6 +101,12 @@ class MissionItem:
     def has_place(self) -> bool:
         """Whether x, y and z mean a place on earth."""
         return self.command in LOCATED and self.frame is not Frame.NONE
+
+    def jumping(self, by: int) -> "MissionItem":
+        """The item; where it jumps, to a target that is moved by so many items."""
+        if self.command != mavlink.MAV_CMD_DO_JUMP or self.params[0] is None:
+            return self
+        return replace(self, params=(self.params[0] + by, *self.params[1:]))
 
     @property
     def coordinates(self) -> tuple[float, float] | None:

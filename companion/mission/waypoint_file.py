@@ -35,7 +35,7 @@ def parse_waypoints(text: str) -> Plan:
     if items and header == _HEADER and _is_home(items[0]):
         place = items.pop(0)
         home = None if place.coordinates is None else Place(*place.coordinates, place.z or 0.0)
-        items = [_jumping(item, -1) for item in items]
+        items = [item.jumping(-1) for item in items]
     return Plan(mission=tuple(items), home=home, firmware=mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA)
 
 
@@ -50,7 +50,7 @@ def waypoints_text(plan: Plan) -> str:
     home = _NO_HOME
     if plan.home is not None:
         home = replace(home, x=plan.home.latitude_deg, y=plan.home.longitude_deg, z=plan.home.altitude_m)
-    items = (home, *(_jumping(item, 1) for item in plan.mission))
+    items = (home, *(item.jumping(1) for item in plan.mission))
     return "\n".join([_HEADER, *(_row(number, item) for number, item in enumerate(items))]) + "\n"
 
 
@@ -76,13 +76,6 @@ def _items(lines: list[tuple[int, list[str]]]) -> Iterator[MissionItem]:
 
 def _is_home(item: MissionItem) -> bool:
     return item.command == mavlink.MAV_CMD_NAV_WAYPOINT and item.frame is Frame.GLOBAL
-
-
-def _jumping(item: MissionItem, by: int) -> MissionItem:
-    """The item, its target moved where it jumps: home counts in the file, and not in the plan."""
-    if item.command != mavlink.MAV_CMD_DO_JUMP or item.params[0] is None:
-        return item
-    return replace(item, params=(item.params[0] + by, *item.params[1:]))
 
 
 def _row(number: int, item: MissionItem) -> str:
