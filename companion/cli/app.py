@@ -16,6 +16,7 @@ COMMANDS = {
     "sitl": "Serve a simulated quadrotor over MAVLink.",
     "collect": "Fly the training trajectory, and write the data set.",
     "train": "Train an inverse network on a data set.",
+    "doctor": "Say what would stop a flight of a vehicle, and what to set.",
     "identify": "Fit a simulated vehicle to a flight log of the real one.",
 }
 BENCHMARKS = {
