@@ -17,8 +17,24 @@ from companion.link.address import Simulated
 from companion.link.parameter_encoding import Encoding, Parameter, parameter_encoding
 from companion.link.parameter_file import FileParameter, read_parameter_file
 from companion.link.parameter_list import list_parameters
+from companion.link.signing import SigningKey
 
 T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a vehicle is.
+
+    Attributes:
+        url: connection string.
+        system_id: of the vehicle; None for the first that is heard.
+        signing: what frames are signed with; None where they are not.
+    """
+
+    url: str
+    system_id: int | None = None
+    signing: SigningKey | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,23 +46,23 @@ class Found:
     parameters: Mapping[str, Parameter]
 
 
-def read_vehicle(url: str, system_id: int | None, console: Console) -> Found:
-    """The parameters of the vehicle at `url`; raises as `connect` and `list_parameters`."""
+def read_vehicle(place: Place, console: Console) -> Found:
+    """The parameters of the vehicle at `place`; raises as `connect` and `list_parameters`."""
 
     async def read(connection: Connection, encoding: Encoding) -> Found:
         with _bar(console, "reading parameters") as show:
             parameters = await list_parameters(connection, encoding, progress=show)
         return Found(connection.system_id, await identify(connection), parameters)
 
-    return with_vehicle(url, system_id, read)
+    return with_vehicle(place, read)
 
 
-def with_vehicle(url: str, system_id: int | None, work: Callable[[Connection, Encoding], Awaitable[T]]) -> T:
-    """What `work` makes of a connection to the vehicle at `url`, and of its parameters' encoding."""
-    address = parse_address(url)
+def with_vehicle(place: Place, work: Callable[[Connection, Encoding], Awaitable[T]]) -> T:
+    """What `work` makes of a connection to the vehicle at `place`, and of its parameters' encoding."""
+    address = parse_address(place.url)
 
     async def connected() -> T:
-        async with connect(address, system_id=system_id) as connection:
+        async with connect(address, system_id=place.system_id, signing=place.signing) as connection:
             return await work(connection, await parameter_encoding(connection))
 
     return clock.run(connected(), virtual=isinstance(address, Simulated))

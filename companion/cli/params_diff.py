@@ -13,7 +13,7 @@ from rich.table import Table
 
 from companion.cli import options
 from companion.cli.flying import show
-from companion.cli.params import read_file, read_vehicle
+from companion.cli.params import Place, read_file, read_vehicle
 from companion.link.parameter_changes import Difference, differences
 from companion.link.parameter_encoding import Number
 from companion.link.parameter_file import written
@@ -25,6 +25,7 @@ def diff(
     a: Annotated[str, typer.Argument(metavar="A", help="Parameter file, or connection string of a vehicle.")],
     b: Annotated[str, typer.Argument(metavar="B", help="What to compare it with: likewise.")],
     system_id: options.SystemId = None,
+    signing_key: options.SigningKeyFile = None,
     json: options.Json = None,
 ) -> None:
     """Show the parameters in which two files, two vehicles, or a file and a vehicle differ.
@@ -36,7 +37,9 @@ def diff(
     if json is not None:
         options.writable(json)
     console = Console()
-    found = differences(_values(a, system_id, console), _values(b, system_id, console))
+    key = options.signing_key(signing_key)
+    before, after = (_values(Place(each, system_id, key), console) for each in (a, b))
+    found = differences(before, after)
     show(console, f"A: {a}", f"B: {b}")
     both = [each for each in found if each.before is not None and each.after is not None]
     if both:
@@ -46,11 +49,11 @@ def diff(
         json.write_text(json_format.dumps([asdict(each) for each in found], indent=2) + "\n")
 
 
-def _values(place: str, system_id: int | None, console: Console) -> Mapping[str, Number]:
-    if "://" in place:
-        found = read_vehicle(place, system_id, console)
+def _values(place: Place, console: Console) -> Mapping[str, Number]:
+    if "://" in place.url:
+        found = read_vehicle(place, console)
         return {name: each.value for name, each in found.parameters.items()}
-    return {each.name: each.value for each in read_file(Path(place), console)}
+    return {each.name: each.value for each in read_file(Path(place.url), console)}
 
 
 def _table(differing: Sequence[Difference]) -> Table:

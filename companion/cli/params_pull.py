@@ -8,7 +8,7 @@ from rich.console import Console
 
 from companion.cli import options
 from companion.cli.flying import show
-from companion.cli.params import read_vehicle
+from companion.cli.params import Place, read_vehicle
 from companion.link.parameter_file import write_parameter_file
 
 _STACKS = {"PX4": "PX4 Pro", "ArduPilot": "ArduPilot"}
@@ -18,14 +18,16 @@ def pull(
     file: Annotated[Path, typer.Argument(dir_okay=False, help="File to write, as QGroundControl reads it.")],
     connect: options.Connect,
     system_id: options.SystemId = None,
+    signing_key: options.SigningKeyFile = None,
 ) -> None:
     """Write all parameters of a vehicle to a file that QGroundControl reads.
 
     Example: companion params pull mine.params --connect udpin://0.0.0.0:14540
     """
     options.writable(file)
+    place = Place(connect, system_id, options.signing_key(signing_key))
     console = Console()
-    found = read_vehicle(connect, system_id, console)
+    found = read_vehicle(place, console)
     stack, version = found.identity.autopilot, found.identity.version
     about = [f"Stack: {_STACKS.get(stack, stack)}", "Vehicle: Multi-Rotor"]
     if version is not None:

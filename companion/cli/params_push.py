@@ -3,6 +3,7 @@
 import json as json_format
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -12,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from companion.cli import options
-from companion.cli.params import read_file, read_vehicle, with_vehicle
+from companion.cli.params import Place, read_file, read_vehicle, with_vehicle
 from companion.errors import InputError, RefusedError
 from companion.link import Connection
 from companion.link.parameter import set_parameters
@@ -28,6 +29,7 @@ def push(
     ],
     connect: options.Connect,
     system_id: options.SystemId = None,
+    signing_key: options.SigningKeyFile = None,
     yes: Annotated[bool, typer.Option("--yes", help="Set without asking.")] = False,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Show what would be set, and set nothing.")
@@ -42,9 +44,10 @@ def push(
     """
     if json is not None:
         options.writable(json)
+    place = Place(connect, system_id, options.signing_key(signing_key))
     console = Console()
     wanted = read_file(file, console)
-    found = read_vehicle(connect, system_id, console)
+    found = read_vehicle(place, console)
     changes = changes_to(found.parameters, wanted, file)
     if changes:
         console.print(_table(found.parameters, changes))
@@ -55,7 +58,7 @@ def push(
         if not (yes or _agreed(len(changes))):
             console.print("nothing was set")
             return
-        refused = _set(connect, found.system_id, changes)
+        refused = _set(replace(place, system_id=found.system_id), changes)
         console.print(f"{len(changes) - len(refused)} of {len(changes)} set and verified")
     if json is not None:
         json.write_text(
@@ -72,11 +75,11 @@ def _agreed(count: int) -> bool:
     return typer.confirm(f"Set {count} parameters?")
 
 
-def _set(url: str, system_id: int, changes: Sequence[Parameter]) -> Mapping[str, str]:
+def _set(place: Place, changes: Sequence[Parameter]) -> Mapping[str, str]:
     async def work(connection: Connection, encoding: Encoding) -> Mapping[str, str]:
         return await set_parameters(connection, changes, encoding)
 
-    return with_vehicle(url, system_id, work)
+    return with_vehicle(place, work)
 
 
 def _table(vehicle: Mapping[str, Parameter], changes: Sequence[Parameter]) -> Table:
