@@ -14,6 +14,7 @@ from sitl.estimator import STEPS_PER_S, Estimator
 from sitl.firmware.ardupilot_attitude import attitude_gains, begin_attitude, rate_gains
 from sitl.firmware.ardupilot_guidance import Guidance
 from sitl.firmware.ardupilot_loops import begin_control, fly_tick, new_loops, start_sensors
+from sitl.firmware.ardupilot_navigator import Navigator
 from sitl.firmware.ardupilot_parameters import ArduPilotParameters
 from sitl.firmware.ardupilot_path import path_limits
 from sitl.firmware.ardupilot_position import learn_hover, position_gains
@@ -23,6 +24,7 @@ from sitl.firmware.interface import (
     AttitudeTarget,
     Battery,
     Estimate,
+    FenceStatus,
     Health,
     Landed,
     Mode,
@@ -31,6 +33,7 @@ from sitl.firmware.interface import (
     Severity,
     StatusText,
 )
+from sitl.plan.plans import Plans
 from sitl.plant import STEPS_PER_TICK, TICK_S, Plant, TickNoise
 from sitl.vehicle import Vehicle
 
@@ -41,7 +44,7 @@ _NAMES = {
     Mode.OFFBOARD: "GUIDED",
     Mode.LAND: "LAND",
     Mode.RTL: "RTL",
-    Mode.BRAKE: "BRAKE",
+    Mode.MISSION: "AUTO",
 }
 _MODES_TO_ARM_IN = frozenset((Mode.STABILIZE, Mode.HOLD, Mode.OFFBOARD))
 _BATTERY_ACTIONS = {0: None, 1: Mode.LAND, 2: Mode.RTL}
@@ -65,13 +68,21 @@ class ArduPilot:
         self._armed = False
         self._failsafe = False
         self._time_s = 0.0
-        self._over_home_s = 0.0
         self._low_battery_s = 0.0
         self._climbs_to: float | None = None
         self._setpoint_at_s: float | None = None
         self._resets = int(estimator.resets[0])
-        self._home = estimator.position.copy()
         self._texts: list[StatusText] = []
+        self._navigator = Navigator(
+            self._parameters,
+            estimator,
+            self._loops.path,
+            self._guidance,
+            lift_off=self._lift_off,
+            set_speed=self.change_speed,
+            enable_fence=lambda enabled: self.enable_fence(enabled=enabled),
+            say=self._say,
+        )
 
     # What it reports
 
@@ -143,6 +154,16 @@ class ArduPilot:
         """What it flies by now."""
         return self._parameters
 
+    @property
+    def plans(self) -> Plans:
+        """Mission, fence, rally points and home."""
+        return self._navigator.plans
+
+    @property
+    def fence_status(self) -> FenceStatus:
+        """Whether the fence is on, and broken."""
+        return self._navigator.fence.status
+
     def take_status_texts(self) -> list[StatusText]:
         """The texts since the last call, oldest first."""
         texts, self._texts = self._texts, []
@@ -162,6 +183,7 @@ class ArduPilot:
             headroom=p.ATC_THR_MIX_MAX,
         )
         self._guidance.use(p)
+        self._navigator.use(p)
         self._takeoff.use(p)
 
     def arm(self, *, force: bool = False) -> Result:
@@ -174,7 +196,7 @@ class ArduPilot:
             return Result.FAILED
         self._armed = True
         self._takeoff.enter(Phase.GROUND)
-        self._home = self._estimator.position.copy()
+        self._navigator.begin_flight()
         self._say(Severity.INFO, "Arming motors")
         return Result.ACCEPTED
 
@@ -207,9 +229,29 @@ class ArduPilot:
             or not altitude_m > self._height
         ):
             return Result.FAILED
-        self._takeoff.enter(Phase.LIFTING)
         self._setpoint_at_s = None
-        self._climbs_to = float(self._home[2]) - altitude_m
+        self._lift_off(float(self.plans.home[2]) - altitude_m)
+        return Result.ACCEPTED
+
+    def start_mission(self, first: int | None = None) -> Result:
+        """AUTO, and off the ground if armed there; ArduPilot begins nowhere but where the mission is."""
+        if first:
+            return Result.DENIED
+        result = self.set_mode(Mode.MISSION)
+        self._navigator.may_lift_off = result is Result.ACCEPTED
+        return result
+
+    def change_speed(self, speed_m_s: float) -> Result:
+        """Keep to this ground speed until the mode changes; WPNAV_SPEED for 0 and below."""
+        limits = path_limits(self._parameters)
+        if speed_m_s > 0.0:
+            limits = limits._replace(speed=speed_m_s)
+        self._loops = self._loops._replace(limits=limits)
+        return Result.ACCEPTED
+
+    def enable_fence(self, *, enabled: bool) -> Result:
+        """Mind the fence, or no longer."""
+        self.set_parameter("FENCE_ENABLE", int(enabled))
         return Result.ACCEPTED
 
     def reposition(self, position: Vec3, yaw: float) -> Result:
@@ -241,7 +283,7 @@ class ArduPilot:
         self._armed = True
         self._mode = Mode.OFFBOARD
         self._takeoff.enter(Phase.FLIGHT)
-        self._home = self._estimator.position.copy()
+        self._navigator.begin_flight()
         loops, e = self._loops, self._estimator
         start_sensors(loops.sensors, e.rates, float(e.velocity[2]))
         begin_attitude(loops.attitude_state, e.attitude, e.rates)
@@ -261,7 +303,7 @@ class ArduPilot:
             self._guidance.target,
             self._armed,
             self._takeoff.open_throttle,
-            self._mode is Mode.LAND,
+            self._navigator.lands,
             first_step,
             noise,
         )
@@ -271,6 +313,8 @@ class ArduPilot:
         if self._armed:
             self._watch_battery()
             self._watch_ground()
+            self._watch_fence()
+            self._navigator.update(self._mode, self._time_s, landed=not self._in_flight)
             if self._in_flight:
                 self._fly()
         self._time_s = until_s
@@ -283,27 +327,32 @@ class ArduPilot:
             self._guidance.take_off(self._climbs_to)
         if self._takeoff.phase is not Phase.GROUND:
             return
-        has_landed = before is Phase.FLIGHT and self._mode is Mode.LAND
+        has_landed = before is Phase.FLIGHT and self._navigator.lands
         if has_landed or 0.0 < self._parameters.DISARM_DELAY <= self._takeoff.elapsed_s:
             self._disarm()
 
     def _fly(self) -> None:
         if self._mode is Mode.OFFBOARD:
             self._watch_setpoints()
-            self._watch_climb()
-        elif self._mode is Mode.LAND:
-            self._guidance.descend(self._height)
-        elif self._mode is Mode.RTL:
-            self._return_home()
+        self._watch_climb()
         if self._parameters.MOT_HOVER_LEARN:
             self._learn_hover()
 
-    def _return_home(self) -> None:
-        self._guidance.next_leg()
-        if not self._guidance.arrived:
-            self._over_home_s = self._time_s
-        elif self._time_s - self._over_home_s >= 1e-3 * self._parameters.RTL_LOIT_TIME:
-            self._enter(Mode.LAND)
+    def _watch_fence(self) -> None:
+        """Beyond the fence do what FENCE_ACTION says; on the ground, disarm."""
+        mode = self._navigator.broken_fence(self._time_s)
+        if mode is None:
+            return
+        if not self._in_flight:
+            self._disarm()
+        elif self._mode is not Mode.LAND:
+            self._enter(mode)
+            self._failsafe = True
+
+    def _lift_off(self, down: float) -> None:
+        """Take off to a height, NED (m)."""
+        self._takeoff.enter(Phase.LIFTING)
+        self._climbs_to = down
 
     def _watch_setpoints(self) -> None:
         at_s = self._setpoint_at_s
@@ -325,6 +374,7 @@ class ArduPilot:
         self._armed = False
         self._takeoff.enter(Phase.GROUND)
         self._climbs_to = None
+        self._navigator.end_flight()
         self._say(Severity.INFO, "Disarming motors")
 
     def _learn_hover(self) -> None:
@@ -359,17 +409,10 @@ class ArduPilot:
         self._mode = mode
         self._interrupt_takeoff()
         self._setpoint_at_s = None
-        if not self._in_flight:
-            return
-        begin_control(self._loops, self._estimator)
-        self._guidance.stop()
-        if mode is Mode.RTL:
-            here = self._loops.path.position
-            down = min(here[2], self._home[2] - 0.01 * self._parameters.RTL_ALT)
-            self._over_home_s = self._time_s
-            self._guidance.fly_over(
-                [np.array((here[0], here[1], down)), np.array((self._home[0], self._home[1], down))]
-            )
+        if self._in_flight:
+            begin_control(self._loops, self._estimator)
+            self._guidance.stop()
+        self._navigator.enter(mode)
 
     @property
     def _in_flight(self) -> bool:
@@ -377,7 +420,7 @@ class ArduPilot:
 
     @property
     def _height(self) -> float:
-        return float(self._home[2] - self._estimator.position[2])
+        return float(self.plans.home[2] - self._estimator.position[2])
 
     @property
     def _position_ok(self) -> bool:
@@ -388,10 +431,15 @@ class ArduPilot:
             return "no such mode"
         if mode is Mode.STABILIZE:
             return "no pilot" if self._in_flight else None
+        if mode is Mode.MISSION and not self.plans.mission.exists:
+            return "no mission"
+        if mode is Mode.MISSION and self._armed and not self._in_flight:
+            return None if self.plans.mission.starts_with_takeoff else "Auto: Missing Takeoff Cmd"
         return None if self._position_ok else "requires position"
 
     def _reason_not_to_arm(self) -> str | None:
-        if self._mode not in _MODES_TO_ARM_IN:
+        auto_arms = self._mode is Mode.MISSION and self._parameters.AUTO_OPTIONS & 1
+        if self._mode not in _MODES_TO_ARM_IN and not auto_arms:
             return f"{_NAMES[self._mode]} mode not armable"
         if not self._position_ok:
             return "Need Position Estimate"

@@ -101,12 +101,19 @@ class Guidance:
         """Straight up to `down` (m)."""
         self._aim(Follow.VELOCITY, Follow.TRAJECTORY, np.array((0.0, 0.0, down)))
 
-    def fly_over(self, legs: list[Vec3], yaw: float = math.nan) -> None:
-        """To the places in turn, to a stop at each; NaN yaw keeps the heading."""
+    def fly_over(self, legs: list[Vec3], yaw: float = math.nan, *, faces_path: bool = False) -> None:
+        """To the places in turn, to a stop at each; NaN yaw keeps the heading, or looks along the path."""
         self._legs = legs
         self._aim(Follow.POSITION, Follow.POSITION, legs[0])
-        if not math.isnan(yaw):
+        if faces_path:
+            self.target.heading[:] = math.nan
+        elif not math.isnan(yaw):
             self.target.heading[:] = yaw, 0.0
+
+    def fly_along(self, position: Vec3, velocity: Vec3, acceleration: Vec3) -> None:
+        """On a path that is given point by point, looking along it."""
+        self._aim(Follow.TRAJECTORY, Follow.TRAJECTORY, position, velocity, acceleration)
+        self.target.heading[:] = math.nan
 
     def next_leg(self) -> None:
         """Turn to the next place once the path is at one."""

@@ -23,7 +23,7 @@ from sitl.plan.places import local_place
 from sitl.plan.plans import Plans
 from sitl.quaternion import yaw_of
 
-_RULES = MissionRules(first=0, yaw_in_waypoint=True, reports_every_item=True, climbs_first=True)
+_RULES = MissionRules(first=0, waypoint_params=True, reports_every_item=True, climbs_first=True)
 _BREACH_MODES = {2: Mode.HOLD, 3: Mode.RTL, 5: Mode.LAND}
 _CURRENT_PLACE = 1.0
 

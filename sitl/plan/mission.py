@@ -87,13 +87,13 @@ class MissionRules:
 
     Attributes:
         first: the first item that is flown; before it is home.
-        yaw_in_waypoint: whether a waypoint's parameter 4 is a heading (degrees) to be held and reached.
+        waypoint_params: whether a waypoint has its own radius (m) and heading (degrees), parameters 2 and 4.
         reports_every_item: whether commands count as reached, too, and not navigation alone.
         climbs_first: whether a mission that begins on the ground without a takeoff gets one.
     """
 
     first: int
-    yaw_in_waypoint: bool
+    waypoint_params: bool
     reports_every_item: bool
     climbs_first: bool
 
@@ -255,7 +255,7 @@ class Mission:
         return place
 
     def _yaw(self, item: Item) -> float:
-        has_yaw = self._rules.yaw_in_waypoint and item.command in _WITH_YAW
+        has_yaw = self._rules.waypoint_params and item.command in _WITH_YAW
         return math.radians(item.params[3]) if has_yaw else math.nan
 
     def _is_done(self, leg: Leg, now: Situation) -> bool:
@@ -277,7 +277,8 @@ class Mission:
     def _has_gone(self, leg: Leg, item: Item, now: Situation) -> bool:
         away = leg.place - now.position
         radius = now.radius
-        if item.command == Command.NAV_WAYPOINT and item.param(2) > 0.0:
+        own = self._rules.waypoint_params and item.command == Command.NAV_WAYPOINT
+        if own and item.param(2) > 0.0:
             radius = item.param(2)
         near = math.hypot(away[0], away[1]) < radius and abs(away[2]) < now.height
         turned = math.isnan(leg.yaw) or abs(math.remainder(leg.yaw - now.yaw, 2.0 * math.pi)) < _YAW_REACHED
