@@ -36,7 +36,14 @@ class LinkConditions(_Section):
     telemetry_jitter_s: float = Field(0.0, ge=0.0, le=5.0)
     """Latency varies by up to this, either way."""
     telemetry_loss_fraction: float = Field(0.0, ge=0.0, lt=1.0)
+    telemetry_duplicate_fraction: float = Field(0.0, ge=0.0, le=1.0)
+    telemetry_overtaken_fraction: float = Field(0.0, ge=0.0, le=1.0)
     setpoint_latency_s: float = Field(0.0, ge=0.0, le=5.0)
+    """Of whatever the companion sends."""
+    setpoint_jitter_s: float = Field(0.0, ge=0.0, le=5.0)
+    setpoint_loss_fraction: float = Field(0.0, ge=0.0, lt=1.0)
+    setpoint_duplicate_fraction: float = Field(0.0, ge=0.0, le=1.0)
+    setpoint_overtaken_fraction: float = Field(0.0, ge=0.0, le=1.0)
 
 
 class Conditions(_Section):

@@ -1,9 +1,11 @@
 """The simulated vehicle as its MAVLink peers see it: bytes in, bytes out, no sockets and no waiting."""
 
+import heapq
 from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import count
 from pathlib import Path
 
 from sitl.conditions import load_conditions
@@ -53,14 +55,24 @@ class MavlinkVehicle:
         self.status_texts: deque[StatusText] = deque(maxlen=100)
         """The newest texts that the firmware gave out, for whoever watches beside the links."""
         conditions = simulation.conditions.link
-        self._setpoint_latency_s = conditions.setpoint_latency_s
-        self._channel = Channel(
+        self._way_out = Channel(
             conditions.telemetry_latency_s,
             conditions.telemetry_jitter_s,
             conditions.telemetry_loss_fraction,
             simulation.link_rng,
+            duplicates=conditions.telemetry_duplicate_fraction,
+            overtaken=conditions.telemetry_overtaken_fraction,
         )
-        self._on_the_way_in: deque[tuple[float, Session, bytes]] = deque()
+        self._way_in = Channel(
+            conditions.setpoint_latency_s,
+            conditions.setpoint_jitter_s,
+            conditions.setpoint_loss_fraction,
+            simulation.link_rng.spawn(1)[0],
+            duplicates=conditions.setpoint_duplicate_fraction,
+            overtaken=conditions.setpoint_overtaken_fraction,
+        )
+        self._order = count()
+        self._on_the_way_in: list[tuple[float, int, Session, bytes]] = []
         self._on_the_way_out: list[Delivery] = []
         self._sessions = {link: self._open(link) for link in links or self._flavour.links[:1]}
 
@@ -87,17 +99,17 @@ class MavlinkVehicle:
 
     def _send(self, link: Link, encoder: Encoder, message: Message) -> None:
         frame = encoder.encode(message)
-        arrival_s = self._channel.arrival_s(self.simulation.time_s)
-        if arrival_s is not None:
+        for arrival_s in self._way_out.arrivals_s(self.simulation.time_s):
             self._on_the_way_out.append(Delivery(arrival_s, link, frame))
 
     def receive(self, data: bytes, link: Link | None = None) -> None:
-        """Take a datagram that the peer of `link` sent now; the vehicle has it after the setpoint latency.
+        """Take a datagram that the peer of `link` sent now; the vehicle has it when it has arrived.
 
         Without a link it came on the first. Bytes that are no valid frame are skipped.
         """
-        due_s = self.simulation.time_s + self._setpoint_latency_s
-        self._on_the_way_in.append((due_s, self._sessions[link or self.links[0]], data))
+        session = self._sessions[link or self.links[0]]
+        for arrival_s in self._way_in.arrivals_s(self.simulation.time_s):
+            heapq.heappush(self._on_the_way_in, (arrival_s, next(self._order), session, data))
 
     def advance(self, until_s: float) -> list[Delivery]:
         """Run the simulation up to `until_s` (s), in whole ticks.
@@ -116,7 +128,7 @@ class MavlinkVehicle:
 
     def _take_arrived(self, now_s: float) -> None:
         while self._on_the_way_in and self._on_the_way_in[0][0] <= now_s + _ROUNDING_S:
-            _, session, data = self._on_the_way_in.popleft()
+            *_, session, data = heapq.heappop(self._on_the_way_in)
             session.time_s = now_s
             for message in decode(data):
                 services.handle(session, message)
