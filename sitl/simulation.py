@@ -43,10 +43,10 @@ class Truth:
 
 
 class Simulation:
-    """Boots at time 0 on the ground at NED (0, 0, 0), heading north; the same seed gives the same bits.
+    """Boots at time 0 on the ground, heading north; the same seed gives the same bits.
 
-    With `motion` (position 3, velocity 3, attitude 4, body rates 3; NED, SI) it begins in flight instead,
-    armed and following setpoints.
+    It stands at `start`, north and east of the map's origin (m). With `motion` (position 3, velocity 3,
+    attitude 4, body rates 3; NED, SI) it begins in flight instead, armed and following setpoints.
 
     Attributes:
         vehicle, conditions: as given.
@@ -61,6 +61,7 @@ class Simulation:
         *,
         seed: int,
         record_truth: bool = False,
+        start: tuple[float, float] = (0.0, 0.0),
         motion: Float[Array, "13"] | None = None,
     ) -> None:
         self.vehicle = vehicle
@@ -71,6 +72,8 @@ class Simulation:
         self._wind_rng, self._noise_rng, self.link_rng, self._wander_rng = streams
         self._ticks = 0
         self._plant = plant(vehicle, wind(conditions.wind, self._wind_rng), motion)
+        if motion is None:
+            self._plant.body.motion[0:2] = start
         errors = estimator_errors(vehicle, conditions)
         self._resets_per_tick = errors.resets_per_hour * TICK_S / 3600.0
         self._estimator = estimator(errors, self._plant.body.motion, self._noise_rng, self._wander_rng)

@@ -1,6 +1,6 @@
-"""`companion sitl`: a simulated vehicle for MAVLink clients."""
+"""`companion sitl`: simulated vehicles for MAVLink clients."""
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 from rich.console import Console
@@ -8,48 +8,83 @@ from rich.console import Console
 from companion import clock
 from companion.errors import InputError, LinkError
 
+if TYPE_CHECKING:
+    from sitl.server import Served
+
+_APART_M = 3.0
+_MOST_SYSTEMS = 255
+
 
 def sitl(
     vehicle: Annotated[str, typer.Option(help="Name in config/vehicles, or a YAML file.")] = "bebop2",
     conditions: Annotated[str, typer.Option(help="Name in config/conditions, or a YAML file.")] = "ideal",
+    autopilot: Annotated[
+        Literal["px4", "ardupilot"] | None, typer.Option(help="Default: what the vehicle's file says.")
+    ] = None,
+    instances: Annotated[int, typer.Option(min=1, max=_MOST_SYSTEMS, help="How many vehicles.")] = 1,
     speed: Annotated[float, typer.Option(min=0.1, max=100.0, help="Simulated seconds a second.")] = 1.0,
     seed: Annotated[int, typer.Option(min=0, help="Of everything random.")] = 0,
-    system_id: Annotated[int, typer.Option(min=1, max=255, help="MAVLink id; moves the ports.")] = 1,
+    system_id: Annotated[
+        int, typer.Option(min=1, max=_MOST_SYSTEMS, help="MAVLink id of the first; moves the ports.")
+    ] = 1,
     host: Annotated[str, typer.Option(help="Machine of the companion and the ground station.")] = "127.0.0.1",
 ) -> None:
-    """Serve a simulated quadrotor over MAVLink, as the simulators of PX4 and ArduPilot do.
+    """Serve simulated quadrotors over MAVLink, as the simulators of PX4 and ArduPilot do.
 
-    With PX4 on board, a companion finds it on UDP port 14540 and a ground station on 14550; with ArduPilot,
-    both on 14550. Ctrl-C ends it.
+    With PX4 on board, a companion finds the first on UDP port 14540, the next on 14541, and a ground station
+    all of them on 14550; with ArduPilot, the first on UDP 14550 and TCP 5760, the next 10 ports further.
+    Ctrl-C ends it.
 
-    Example: companion sitl --vehicle bebop2 --conditions realistic --speed 5
+    Example: companion sitl --vehicle bebop2 --autopilot ardupilot --conditions realistic --instances 2
     """
     # imported here: the base install has no numba, and --help must not wait for it
     try:
+        from sitl.endpoints import ENDPOINTS
         from sitl.errors import ConfigError, ServeError
         from sitl.mavlink import open_vehicle
         from sitl.plant import TICK_S
-        from sitl.server import ENDPOINTS, serve
+        from sitl.server import Served, serve
         from sitl.vehicle import load_vehicle
     except ModuleNotFoundError as error:
         raise InputError(
             f"the simulator needs {error.name}: install it with `pip install 'impromptu[sim]'`"
         ) from error
 
+    last = system_id + instances - 1
+    if last > _MOST_SYSTEMS:
+        raise InputError(f"{instances} vehicles from --system-id {system_id} on end beyond {_MOST_SYSTEMS}")
     try:
-        endpoints = ENDPOINTS[load_vehicle(vehicle).firmware](system_id, host)
+        flies = autopilot or load_vehicle(vehicle).firmware
         with Console(stderr=True).status("preparing the simulator; the first time takes half a minute"):
-            open_vehicle(vehicle, conditions).advance(TICK_S)  # compiles what is not yet
+            open_vehicle(vehicle, conditions, autopilot=flies).advance(TICK_S)  # compiles what is not yet
     except ConfigError as error:
         raise InputError(str(error)) from error
-    links = [endpoint.link for endpoint in endpoints]
-    flying = open_vehicle(vehicle, conditions, seed=seed, system_id=system_id, links=links)
-    name, air = flying.simulation.vehicle.name, flying.simulation.conditions.name
-    places = ", ".join(f"{each.link.name} at udpin://0.0.0.0:{each.peer[1]}" for each in endpoints)
-    typer.echo(f"{name}, {air} conditions, system {system_id}: {places}")
+    fleet = []
+    for number in range(instances):
+        endpoints = ENDPOINTS[flies](system_id + number, host)
+        flying = open_vehicle(
+            vehicle,
+            conditions,
+            seed=seed + number,
+            system_id=system_id + number,
+            links=[endpoint.link for endpoint in endpoints],
+            autopilot=flies,
+            start=(0.0, number * _APART_M),
+        )
+        fleet.append(Served(flying, endpoints))
+        typer.echo(_introduced(fleet[-1]))
     try:
-        clock.run(serve(flying, endpoints, speed=speed, say=typer.echo))
+        clock.run(serve(fleet, speed=speed, say=typer.echo))
     except ServeError as error:
         raise LinkError(str(error)) from error
     except KeyboardInterrupt:  # the way to end it
         typer.echo("ended")
+
+
+def _introduced(served: "Served") -> str:
+    simulation = served.vehicle.simulation
+    places = ", ".join(map(str, served.endpoints))
+    return (
+        f"{simulation.vehicle.name}, {simulation.conditions.name} conditions, "
+        f"system {served.vehicle.system_id}: {places}"
+    )

@@ -28,20 +28,37 @@ def decode(datagram: bytes) -> list[Message]:
     return messages
 
 
+def whole_frames(stream: bytes) -> int:
+    """How many bytes of a stream there are before a frame whose end is yet to come."""
+    start = 0
+    while start < len(stream):
+        length = _frame_length(stream, start)
+        if length is None or start + length > len(stream):
+            return start
+        start += length or 1
+    return start
+
+
 def _frame_at(datagram: bytes, start: int) -> bytes:
     """The bytes of the frame that begins at `start`; empty where none does, or where its end is missing."""
-    if datagram[start] not in _MARKERS or start + 2 >= len(datagram):
-        return b""
-    payload_length, flags = datagram[start + 1], datagram[start + 2]
-    if datagram[start] == mavlink.PROTOCOL_MARKER_V1:
-        length = mavlink.HEADER_LEN_V1 + payload_length + _CHECKSUM_LENGTH
-    elif flags & ~mavlink.MAVLINK_IFLAG_SIGNED:
-        return b""  # flags that a receiver does not know forbid it to read on
-    else:
-        signature_length = mavlink.MAVLINK_SIGNATURE_BLOCK_LEN if flags else 0
-        length = mavlink.HEADER_LEN_V2 + payload_length + _CHECKSUM_LENGTH + signature_length
+    length = _frame_length(datagram, start) or 0
     frame = datagram[start : start + length]
     return frame if len(frame) == length else b""
+
+
+def _frame_length(stream: bytes, start: int) -> int | None:
+    """Bytes of the frame that begins at `start`; 0 where none does, None where too few bytes say so."""
+    if stream[start] not in _MARKERS:
+        return 0
+    if start + 2 >= len(stream):
+        return None
+    payload_length, flags = stream[start + 1], stream[start + 2]
+    if stream[start] == mavlink.PROTOCOL_MARKER_V1:
+        return mavlink.HEADER_LEN_V1 + payload_length + _CHECKSUM_LENGTH
+    if flags & ~mavlink.MAVLINK_IFLAG_SIGNED:
+        return 0  # flags that a receiver does not know forbid it to read on
+    signature_length = mavlink.MAVLINK_SIGNATURE_BLOCK_LEN if flags else 0
+    return mavlink.HEADER_LEN_V2 + payload_length + _CHECKSUM_LENGTH + signature_length
 
 
 def _message_in(frame: bytes) -> Message | None:

@@ -85,7 +85,10 @@ TELEMETRY = Link(
     "telemetry",
     {mavlink.MAVLINK_MSG_ID_HEARTBEAT: 1.0, mavlink.MAVLINK_MSG_ID_TIMESYNC: 0.1},
 )
-"""ArduPilot's first serial port in its simulator: silent but for this until a peer asks for more."""
+"""ArduPilot's telemetry in its simulator: silent but for this until a peer asks for more."""
+
+SERIAL_0, SERIAL_1, SERIAL_2 = (Link(f"serial {number}", TELEMETRY.rates_hz) for number in range(3))
+"""ArduPilot's serial ports, which its simulator offers over TCP."""
 
 
 class Streams:

@@ -33,8 +33,9 @@ def position_target_local_ned(state: Report) -> Message:
 def attitude_target(state: Report) -> Message:
     """ATTITUDE_TARGET: what the attitude and the rate controller follow."""
     target = state.firmware.attitude_target
+    roll_rate, pitch_rate, yaw_rate = target.rates.tolist()
     return mavlink.MAVLink_attitude_target_message(
-        state.time_ms, 0, target.attitude.tolist(), *target.rates.tolist(), target.thrust
+        state.time_ms, 0, target.attitude.tolist(), roll_rate, pitch_rate, yaw_rate, target.thrust
     )
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import count
 from pathlib import Path
+from typing import Literal
 
 from sitl.conditions import load_conditions
 from sitl.firmware.interface import StatusText
@@ -156,8 +157,10 @@ def open_vehicle(
     system_id: int = 1,
     record_truth: bool = False,
     links: Sequence[Link] | None = None,
+    autopilot: Literal["px4", "ardupilot"] | None = None,
+    start: tuple[float, float] = (0.0, 0.0),
 ) -> MavlinkVehicle:
-    """A vehicle on the ground at home, at time 0.
+    """A vehicle on the ground, at time 0.
 
     Args:
         vehicle: name of a file in `config/vehicles`, or a path.
@@ -166,11 +169,16 @@ def open_vehicle(
         system_id: MAVLink id of the vehicle (1 to 255).
         record_truth: whether the simulation keeps the true states.
         links: the links that there are; the first of its firmware's unless given.
+        autopilot: what is to fly it, instead of the firmware in its file.
+        start: where it stands, north and east of the map's origin (m).
 
     Raises:
         ConfigError: a file is missing or wrong.
     """
+    airframe = load_vehicle(vehicle)
+    if autopilot is not None:
+        airframe = airframe.model_copy(update={"firmware": autopilot})
     simulation = Simulation(
-        load_vehicle(vehicle), load_conditions(conditions), seed=seed, record_truth=record_truth
+        airframe, load_conditions(conditions), seed=seed, record_truth=record_truth, start=start
     )
     return MavlinkVehicle(simulation, system_id=system_id, links=links)

@@ -14,8 +14,9 @@ from companion.errors import LinkError
 from companion.flight.flight import FlightOutcome, FlightPlan, fly
 from companion.flight.guard import GuardLimits
 from companion.link import connect, start_telemetry
+from sitl.endpoints import Endpoint
 from sitl.mavlink import OFFBOARD, MavlinkVehicle, open_vehicle
-from sitl.server import Endpoint, serve
+from sitl.server import Served, serve
 
 pytestmark = pytest.mark.realtime
 
@@ -35,7 +36,7 @@ async def served(port: int, system_ids: Sequence[int]) -> AsyncIterator[dict[int
     async with asyncio.TaskGroup() as group:
         endpoint = Endpoint(OFFBOARD, 0, ("127.0.0.1", port))
         serving = [
-            group.create_task(serve(vehicle, [endpoint], say=lambda line: None))
+            group.create_task(serve([Served(vehicle, [endpoint])], say=lambda line: None))
             for vehicle in vehicles.values()
         ]
         yield vehicles

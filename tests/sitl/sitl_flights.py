@@ -24,8 +24,12 @@ def with_parameters(**parameters: float) -> Vehicle:
 
 def in_hover(vehicle: Vehicle = BEBOP2, conditions: Conditions = IDEAL, seed: int = 1) -> Simulation:
     """In HOLD, 2.5 m above the ground."""
-    sim = simulation(vehicle, conditions, seed)
-    if vehicle.firmware == "ardupilot":
+    return hover(simulation(vehicle, conditions, seed))
+
+
+def hover(sim: Simulation) -> Simulation:
+    """Take off, and hold 2.5 m above the ground."""
+    if sim.vehicle.firmware == "ardupilot":
         return guided_into_hover(sim)
     assert sim.firmware.takeoff() is Result.ACCEPTED
     assert sim.firmware.arm() is Result.ACCEPTED

@@ -4,7 +4,7 @@ from hypothesis import strategies as st
 from mavlink_fakes import encode
 from pymavlink.dialects.v20 import common as mavlink
 
-from sitl.mavlink.frames import Encoder, decode
+from sitl.mavlink.frames import Encoder, decode, whole_frames
 
 HEARTBEAT = mavlink.MAVLink_heartbeat_message(18, 8, 0, 0, 4, 3)
 PING = mavlink.MAVLink_ping_message(12345, 7, 0, 0)
@@ -56,3 +56,12 @@ def test_a_frame_that_is_cut_off_is_nothing() -> None:
 def test_no_bytes_raise(datagram: bytes) -> None:
     decode(datagram)
     decode(b"\xfd" + datagram)
+
+
+@given(st.integers(0, 60))
+def test_of_a_stream_only_whole_frames_are_taken(cut: int) -> None:
+    encoder = Encoder(1)
+    frames = [encoder.encode(mavlink.MAVLink_heartbeat_message(2, 12, 0, 0, 0, 3)) for _ in range(3)]
+    ends = [sum(map(len, frames[:count])) for count in range(4)]
+    stream = b"".join(frames)[:cut]
+    assert whole_frames(stream) == max(end for end in ends if end <= len(stream))

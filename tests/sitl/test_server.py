@@ -3,17 +3,21 @@ import math
 import socket
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
-from typing import Any
+from typing import Any, Literal
 
+import numpy as np
 import pytest
-from mavlink_fakes import command_long, encode, fake_vehicle, parse
+from mavlink_fakes import ARDUCOPTER, command_long, encode, fake_vehicle, parse
 from pymavlink import mavutil
 from pymavlink.dialects.v20 import common as mavlink
+from sitl_flights import hover
 
+from sitl.endpoints import Endpoint, TcpEndpoint, ardupilot_endpoints, px4_endpoints
 from sitl.errors import ServeError
 from sitl.firmware.interface import Mode, Severity, StatusText
 from sitl.mavlink import GROUND_STATION, OFFBOARD, Delivery, MavlinkVehicle, open_vehicle
-from sitl.server import Endpoint, Pace, ardupilot_endpoints, px4_endpoints, serve
+from sitl.mavlink.links import SERIAL_0
+from sitl.server import Pace, Served, serve
 
 SPEED = 20.0
 PATIENCE_S = 30.0
@@ -24,10 +28,10 @@ def quiet(line: str) -> None: ...
 
 @asynccontextmanager
 async def served(
-    vehicle: MavlinkVehicle, *endpoints: Endpoint, say: Callable[[str], None] = quiet
+    vehicle: MavlinkVehicle, *endpoints: Endpoint | TcpEndpoint, say: Callable[[str], None] = quiet
 ) -> AsyncIterator[None]:
     async with asyncio.timeout(PATIENCE_S), asyncio.TaskGroup() as group:
-        serving = group.create_task(serve(vehicle, endpoints, speed=SPEED, say=say))
+        serving = group.create_task(serve([Served(vehicle, endpoints)], speed=SPEED, say=say))
         yield
         serving.cancel()
 
@@ -148,13 +152,13 @@ async def test_a_taken_port_is_one_clear_error_and_leaves_nothing_open() -> None
         elsewhere = ("127.0.0.1", 9)
         endpoints = (Endpoint(OFFBOARD, 0, elsewhere), Endpoint(GROUND_STATION, port, elsewhere))
         with pytest.raises(ServeError, match=f"UDP port {port} for the ground station link"):
-            await serve(vehicle, endpoints, say=quiet)
+            await serve([Served(vehicle, endpoints)], say=quiet)
 
 
 async def test_an_unknown_machine_is_named() -> None:
     vehicle, _ = fake_vehicle()
     with pytest.raises(ServeError, match=r"no\.such\.machine\.invalid"):
-        await serve(vehicle, [Endpoint(OFFBOARD, 0, ("no.such.machine.invalid", 1))], say=quiet)
+        await serve([Served(vehicle, [Endpoint(OFFBOARD, 0, ("no.such.machine.invalid", 1))])], say=quiet)
 
 
 def test_ports_are_px4s() -> None:
@@ -190,6 +194,83 @@ def test_a_machine_that_is_too_slow_says_so_and_does_not_hurry_after() -> None:
 
 
 def test_ardupilots_link_goes_where_its_own_simulator_sends() -> None:
-    (endpoint,) = ardupilot_endpoints(3)
+    endpoint, *serial = ardupilot_endpoints(3)
+    assert isinstance(endpoint, Endpoint)
     assert (endpoint.port, endpoint.peer) == (0, ("127.0.0.1", 14570))
+    assert [each.port for each in serial] == [5780, 5782, 5783]
     assert ardupilot_endpoints(peer_host="192.168.1.5")[0].host == "0.0.0.0"
+
+
+async def test_everyone_who_speaks_goes_on_being_served() -> None:
+    vehicle, _ = fake_vehicle()
+    async with (
+        peer() as companion,
+        peer() as second,
+        peer() as third,
+        served(vehicle, Endpoint(OFFBOARD, 0, companion.address)),
+    ):
+        await companion.next("HEARTBEAT")
+        for speaker in (second, third):
+            speaker.transport.sendto(b"here", companion.vehicle_address)
+            await speaker.next("HEARTBEAT")
+        for listener in (companion, second, third):
+            listener.received = asyncio.Queue()
+            await listener.next("HEARTBEAT")
+
+
+async def connected(port: int) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
+    """A connection, as soon as somebody listens."""
+    while True:
+        try:
+            return await asyncio.open_connection("127.0.0.1", port)
+        except ConnectionRefusedError:
+            await asyncio.sleep(0)
+
+
+@pytest.mark.realtime
+async def test_a_client_over_tcp_is_served_though_its_frames_come_in_pieces() -> None:
+    vehicle, _ = fake_vehicle(vehicle=ARDUCOPTER, links=(SERIAL_0,))
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = int(free.getsockname()[1])
+    async with served(vehicle, TcpEndpoint(SERIAL_0, port)):
+        reader, writer = await connected(port)
+        try:
+            for byte in encode(command_long(mavlink.MAV_CMD_NAV_LAND)):
+                writer.write(bytes([byte]))
+                await writer.drain()
+            parser = mavlink.MAVLink(None)
+            seen: set[str] = set()
+            while not {"HEARTBEAT", "COMMAND_ACK"} <= seen:
+                messages = parser.parse_buffer(await reader.read(1024)) or []
+                seen |= {message.get_type() for message in messages}
+        finally:
+            writer.close()
+
+
+@pytest.mark.realtime
+async def test_vehicles_of_a_fleet_fly_together_and_apart() -> None:
+    async with peer() as ground:
+        fleet = []
+        for number in (1, 2, 3):
+            vehicle = open_vehicle("bebop2", system_id=number, start=(0.0, 3.0 * number))
+            fleet.append(Served(vehicle, [Endpoint(OFFBOARD, 0, ground.address)]))
+        places: dict[int, float] = {}
+        async with asyncio.timeout(PATIENCE_S), asyncio.TaskGroup() as group:
+            serving = group.create_task(serve(fleet, say=quiet))
+            while len(places) < 3:
+                message = await ground.next("LOCAL_POSITION_NED")
+                places[message.get_srcSystem()] = message.y
+            serving.cancel()
+    assert places == pytest.approx({1: 3.0, 2: 6.0, 3: 9.0}, abs=0.1)
+    assert len({each.vehicle.simulation.time_s for each in fleet}) == 1
+
+
+@pytest.mark.parametrize(("name", "autopilot"), [("bebop2", "ardupilot"), ("arducopter_sitl", "px4")])
+def test_a_vehicle_flies_with_the_other_autopilot_and_from_elsewhere(
+    name: str, autopilot: Literal["px4", "ardupilot"]
+) -> None:
+    sim = open_vehicle(name, autopilot=autopilot, start=(0.0, 6.0), record_truth=True).simulation
+    hover(sim)
+    settled = [truth.position for truth in sim.truth_log[-300:]]
+    np.testing.assert_allclose(settled, [(0.0, 6.0, -2.5)] * 300, atol=0.1)
