@@ -46,8 +46,6 @@ _MODE_NAMES = {
     mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA: ardupilot_mode,
 }
 _POLL_S = 0.1
-_HOME_S = 2.5
-"""HOME_POSITION comes twice in five seconds."""
 _REASONS_S = 1.0
 _REASON_SEVERITY = mavlink.MAV_SEVERITY_WARNING
 
@@ -126,7 +124,7 @@ async def _until_ready(connection: Connection, health: Health, until_s: float, a
         await asyncio.sleep(_POLL_S)
     if not health.has_home:
         with contextlib.suppress(NoReplyError):
-            await connection.receive(mavlink.MAVLink_home_position_message, timeout_s=_HOME_S)
+            await request_message(connection, mavlink.MAVLink_home_position_message)
 
 
 async def _ask_for_messages(connection: Connection) -> None:

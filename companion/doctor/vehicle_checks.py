@@ -9,7 +9,7 @@ _FLOWN = ("PX4", "ArduPilot")
 _FOLLOWING = ("OFFBOARD", "GUIDED")
 _EMPTY, _LOW = 0.1, 0.3
 _FIX_3D = 3
-_REJECTED, _NEAR_REJECTION = 1.0, 0.8
+_NEAR_REJECTION = 0.8
 
 
 def identity(seen: Observation) -> Iterator[Finding]:
@@ -50,11 +50,8 @@ def estimator(seen: Observation) -> Iterator[Finding]:
         yield fine("estimator", "tells a position (and nothing of its health)")
     elif own.gps_glitch:
         yield warns("estimator", "GPS contradicts the rest", "wait, or move away from what disturbs it")
-    elif own.worst_ratio >= _REJECTED:
-        told = f"rejects measurements: innovation test ratio {own.worst_ratio:.2f}"
-        yield stops("estimator", told, "calibrate compass and accelerometers, away from steel")
     elif own.worst_ratio > _NEAR_REJECTION:
-        told = f"innovation test ratio {own.worst_ratio:.2f}, measurements are rejected from 1 on"
+        told = f"innovation test ratio {own.worst_ratio:.2f}; from 1 on, a measurement is rejected"
         yield warns("estimator", told, "calibrate compass and accelerometers, away from steel")
     else:
         yield fine("estimator", f"position and velocity valid, innovation test ratio {own.worst_ratio:.2f}")

@@ -40,7 +40,6 @@ def test_nothing_is_wrong_with_a_healthy_vehicle(seen: Observation) -> None:
         ("estimator", STOPS, {"estimator": None, "has_position": False}),
         ("estimator", FINE, {"estimator": None}),
         ("estimator", WARNS, {"estimator": Estimator(gps_glitch=True)}),
-        ("estimator", STOPS, {"estimator": Estimator(worst_ratio=1.2)}),
         ("estimator", WARNS, {"estimator": Estimator(worst_ratio=0.9)}),
         ("GPS", WARNS, {"gps_fix": 1}),
         ("home", WARNS, {"has_home": False}),
