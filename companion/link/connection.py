@@ -302,4 +302,5 @@ class Connection:
         )
         while True:
             self.send(heartbeat)
+            self.status_texts.finish_old()
             await asyncio.sleep(_HEARTBEAT_INTERVAL_S)

@@ -1,5 +1,6 @@
 """What the vehicle says in words: STATUSTEXT, its chunks joined, the newest kept."""
 
+import math
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -10,6 +11,11 @@ from companion.link.dialect import mavlink
 _KEPT = 200
 _LONGEST_CHUNK = 50
 """Characters in a STATUSTEXT; a shorter one ends its text."""
+_MOST_UNFINISHED = 4
+_PATIENCE_S = 1.0
+"""How far apart the chunks of a text may come."""
+_TWICE_S = 0.5
+"""The same line again within this time came on two ways."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +39,8 @@ class StatusTexts:
     def __init__(self) -> None:
         self._lines: deque[StatusText] = deque(maxlen=_KEPT)
         self._handlers: tuple[Callable[[StatusText], None], ...] = ()
-        self._chunks: list[mavlink.MAVLink_statustext_message] = []
+        self._unfinished: dict[int, _Chunks] = {}
+        self._finished: deque[tuple[int, float]] = deque(maxlen=_MOST_UNFINISHED)
 
     def __iter__(self) -> Iterator[StatusText]:
         return iter(tuple(self._lines))
@@ -49,31 +56,75 @@ class StatusTexts:
 
     def warnings_since(self, time_s: float) -> list[str]:
         """The lines since `time_s` (companion clock, s) that were no mere information; each once."""
-        self._finish()
+        self._finish_all(since_s=math.inf)
         warnings = (line for line in self._lines if line.severity <= mavlink.MAV_SEVERITY_WARNING)
         return list(dict.fromkeys(line.text for line in warnings if line.received_s >= time_s))
 
     def add(self, message: mavlink.MAVLink_statustext_message) -> None:
-        """Take one message: a chunk of a text, or all of it."""
-        if self._chunks and message.id != self._chunks[0].id:
-            self._finish()
-        self._chunks.append(message)
-        if message.id == 0 or len(message.text) < _LONGEST_CHUNK:
-            self._finish()
-
-    def _finish(self) -> None:
-        """Make a line of the chunks that came; gaps show where some were lost."""
-        if not self._chunks:
+        """Take one message: a text, or a chunk of one, in whatever order they come."""
+        if message.id == 0:
+            self._say(message.severity, message.text)
             return
-        text, expected = "", 0
-        for chunk in self._chunks:
-            text += ("" if chunk.chunk_seq == expected else "…") + chunk.text
-            expected = chunk.chunk_seq + 1
-        last = self._chunks[-1]
-        if last.id != 0 and len(last.text) == _LONGEST_CHUNK:
-            text += "…"
-        self._chunks.clear()
-        line = StatusText(clock.now(), last.severity, text)
+        now_s = clock.now()
+        if any(message.id == past and now_s - then_s < _PATIENCE_S for past, then_s in self._finished):
+            return
+        if message.id not in self._unfinished and len(self._unfinished) == _MOST_UNFINISHED:
+            self._finish(next(iter(self._unfinished)))
+        chunks = self._unfinished.setdefault(message.id, _Chunks(now_s, {}))
+        chunks.by_place.setdefault(message.chunk_seq, message)
+        if chunks.complete:
+            self._finish(message.id)
+
+    def finish_old(self) -> None:
+        """Make lines of the chunks whose others must have been lost."""
+        self._finish_all(since_s=clock.now() - _PATIENCE_S)
+
+    def _finish_all(self, since_s: float) -> None:
+        for text_id in [text_id for text_id, chunks in self._unfinished.items() if chunks.begun_s <= since_s]:
+            self._finish(text_id)
+
+    def _finish(self, text_id: int) -> None:
+        chunks = self._unfinished.pop(text_id)
+        self._finished.append((text_id, clock.now()))
+        self._say(chunks.severity, chunks.text)
+
+    def _say(self, severity: int, text: str) -> None:
+        now_s = clock.now()
+        for line in reversed(self._lines):
+            if now_s - line.received_s > _TWICE_S:
+                break
+            if (line.severity, line.text) == (severity, text):
+                return
+        line = StatusText(now_s, severity, text)
         self._lines.append(line)
         for handler in self._handlers:
             handler(line)
+
+
+@dataclass(frozen=True, slots=True)
+class _Chunks:
+    """What has come of a long text since `begun_s` (companion clock, s)."""
+
+    begun_s: float
+    by_place: dict[int, mavlink.MAVLink_statustext_message]
+
+    @property
+    def complete(self) -> bool:
+        last = max(self.by_place)
+        return len(self.by_place[last].text) < _LONGEST_CHUNK and len(self.by_place) == last + 1
+
+    @property
+    def severity(self) -> int:
+        return next(iter(self.by_place.values())).severity
+
+    @property
+    def text(self) -> str:
+        """All of it; gaps show where chunks were lost."""
+        last = max(self.by_place)
+        text = ""
+        for place in range(last + 1):
+            if place in self.by_place:
+                text += self.by_place[place].text
+            elif not text.endswith("…"):
+                text += "…"
+        return text + ("…" if len(self.by_place[last].text) == _LONGEST_CHUNK else "")

@@ -219,29 +219,3 @@ async def test_cancelling_leaves_nothing_running() -> None:
     with pytest.raises(asyncio.CancelledError):
         await task
     assert closed == [True]
-
-
-@in_virtual_time
-async def test_status_texts_are_joined_from_their_chunks() -> None:
-    text = "Preflight Fail: " + "compass inconsistent with the gyro, " * 3
-    vehicle = FakeVehicle()
-    async with connect_over(vehicle.open) as connection:
-        heard: list[str] = []
-        connection.status_texts.subscribe(lambda line: heard.append(line.text))
-        chunks = [text[start : start + 50].encode() for start in range(0, len(text), 50)]
-        for place, chunk in enumerate(chunks):
-            vehicle.say(mavlink.MAVLink_statustext_message(2, chunk, 9, place))
-        vehicle.say(mavlink.MAVLink_statustext_message(6, b"Takeoff detected"))
-        await asyncio.sleep(0.01)
-        assert heard == [text, "Takeoff detected"]
-        assert connection.status_texts.warnings_since(0.0) == [text]
-
-
-@in_virtual_time
-async def test_lost_chunks_of_a_status_text_show() -> None:
-    vehicle = FakeVehicle()
-    async with connect_over(vehicle.open) as connection:
-        vehicle.say(mavlink.MAVLink_statustext_message(2, b"the end", 9, 1))
-        vehicle.say(mavlink.MAVLink_statustext_message(2, b"x" * 50, 10, 0))
-        await asyncio.sleep(0.01)
-        assert connection.status_texts.warnings_since(0.0) == ["…the end", "x" * 50 + "…"]
