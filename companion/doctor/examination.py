@@ -12,7 +12,7 @@ from companion.autopilot.detect import MULTIROTORS
 from companion.autopilot.px4 import mode_name as px4_mode
 from companion.doctor.checks import RULES
 from companion.doctor.clocks import measure_round_trips
-from companion.doctor.health import Health
+from companion.doctor.health import HealthWatch, missing_for_flight
 from companion.doctor.observation import Observation
 from companion.doctor.traffic import Traffic
 from companion.errors import NoReplyError, RefusedError
@@ -63,13 +63,13 @@ async def examine(
         announce: told what goes on.
     """
     began_s = clock.now()
-    health = Health(connection)
+    watch = HealthWatch(connection)
     identity = await identify(connection)
     announce(
         f"connected to system {connection.system_id}, {identity.autopilot} {identity.version or ''}".rstrip()
     )
     await _ask_for_messages(connection)
-    await _until_ready(connection, health, began_s + patience_s, announce)
+    await _until_ready(connection, watch, began_s + patience_s, announce)
     waited_s = clock.now() - began_s
     complaints = await _complaints(connection)
     announce("reading parameters")
@@ -96,33 +96,28 @@ async def examine(
         bad_checksums=traffic.counts.bad_checksums,
         round_trips=round_trips,
         peers=tuple(traffic.peers.values()),
-        has_position=health.has_position,
-        has_home=health.has_home,
-        estimator=health.estimator,
-        gps_fix=health.gps_fix,
-        satellites=health.satellites,
-        ready_to_arm=health.ready_to_arm,
+        health=watch.health,
         complaints=tuple(complaints),
-        has_remote_control=health.has_remote_control,
-        battery=health.battery,
         parameters={name: each.value for name, each in parameters.items()},
         vehicle_signs=connection.vehicle_signs,
         we_sign=connection.signer is not None,
     )
 
 
-async def _until_ready(connection: Connection, health: Health, until_s: float, announce: Announce) -> None:
+async def _until_ready(
+    connection: Connection, watch: HealthWatch, until_s: float, announce: Announce
+) -> None:
     """Wait until the vehicle is ready to fly, or flies; tells what is waited for when that changes."""
     told = ""
-    while clock.now() < until_s and (missing := health.waits_for()):
-        if _armed(connection) and health.has_position:
+    while clock.now() < until_s and (missing := missing_for_flight(watch.health)):
+        if _armed(connection) and watch.health.has_position:
             break
         wanted = " and ".join(missing)
         if wanted != told:
             told = wanted
             announce(f"waiting for {wanted}, {until_s - clock.now():.0f} s at most")
         await asyncio.sleep(_POLL_S)
-    if not health.has_home:
+    if not watch.health.has_home:
         with contextlib.suppress(NoReplyError):
             await request_message(connection, mavlink.MAVLink_home_position_message)
 

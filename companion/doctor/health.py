@@ -1,8 +1,10 @@
 """What a vehicle tells of itself, kept as it comes."""
 
 import math
+from dataclasses import replace
+from typing import Any
 
-from companion.doctor.observation import Estimator
+from companion.doctor.observation import Estimator, Health
 from companion.link.connection import Connection
 from companion.link.dialect import mavlink
 
@@ -18,29 +20,11 @@ _PREARM = mavlink.MAV_SYS_STATUS_PREARM_CHECK
 _RC = mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
 
 
-class Health:
-    """The newest of what a connection's vehicle tells of itself; None where it told nothing.
-
-    Attributes:
-        estimator: from ESTIMATOR_STATUS or EKF_STATUS_REPORT.
-        ready_to_arm: from SYS_STATUS.
-        has_remote_control: from SYS_STATUS.
-        battery: remaining charge (0 to 1), from SYS_STATUS or BATTERY_STATUS.
-        has_position: whether LOCAL_POSITION_NED came, finite.
-        has_home: whether HOME_POSITION came.
-        gps_fix: GPS_FIX_TYPE.
-        satellites: in the fix.
-    """
+class HealthWatch:
+    """Keeps the newest of what a connection's vehicle tells of itself, in `health`."""
 
     def __init__(self, connection: Connection) -> None:
-        self.estimator: Estimator | None = None
-        self.ready_to_arm: bool | None = None
-        self.has_remote_control = False
-        self.battery: float | None = None
-        self.has_position = False
-        self.has_home = False
-        self.gps_fix: int | None = None
-        self.satellites: int | None = None
+        self.health = Health()
         connection.subscribe(mavlink.MAVLink_estimator_status_message, self._on_estimator)
         connection.subscribe(mavlink.MAVLink_ekf_status_report_message, self._on_ekf)
         connection.subscribe(mavlink.MAVLink_sys_status_message, self._on_system)
@@ -49,21 +33,10 @@ class Health:
         connection.subscribe(mavlink.MAVLink_home_position_message, self._on_home)
         connection.subscribe(mavlink.MAVLink_gps_raw_int_message, self._on_gps)
 
-    def waits_for(self) -> list[str]:
-        """What is not there yet that a flight needs, in words."""
-        missing: list[str] = []
-        if self.estimator is not None and self.estimator.missing:
-            missing.append(f"the estimator's {', '.join(self.estimator.missing)}")
-        elif not self.has_position:
-            missing.append("a position")
-        if not self.ready_to_arm:
-            missing.append("the checks before arming")
-        return missing
-
     def _on_estimator(self, message: mavlink.MAVLink_estimator_status_message) -> None:
         ratios = (message.vel_ratio, message.pos_horiz_ratio, message.pos_vert_ratio, message.mag_ratio)
         glitch = bool(message.flags & mavlink.ESTIMATOR_GPS_GLITCH)
-        self.estimator = Estimator(_missing(message.flags), glitch, _worst(ratios))
+        self._update(estimator=Estimator(_missing(message.flags), glitch, _worst(ratios)))
 
     def _on_ekf(self, message: mavlink.MAVLink_ekf_status_report_message) -> None:
         ratios = (
@@ -73,13 +46,14 @@ class Health:
             message.compass_variance,
         )
         glitch = bool(message.flags & mavlink.EKF_GPS_GLITCHING)
-        self.estimator = Estimator(_missing(message.flags), glitch, _worst(ratios))
+        self._update(estimator=Estimator(_missing(message.flags), glitch, _worst(ratios)))
 
     def _on_system(self, message: mavlink.MAVLink_sys_status_message) -> None:
-        # PX4 sets the bit of its checks in `health` alone.
-        self.ready_to_arm = bool(message.onboard_control_sensors_health & _PREARM)
-        received = message.onboard_control_sensors_present & message.onboard_control_sensors_health
-        self.has_remote_control = bool(received & _RC)
+        healthy = message.onboard_control_sensors_health
+        self._update(
+            ready_to_arm=bool(healthy & _PREARM),  # PX4 sets this bit here alone, not in what is present
+            has_remote_control=bool(healthy & message.onboard_control_sensors_present & _RC),
+        )
         self._take_charge(message.battery_remaining)
 
     def _on_battery(self, message: mavlink.MAVLink_battery_status_message) -> None:
@@ -88,16 +62,31 @@ class Health:
 
     def _take_charge(self, percent: int) -> None:
         if percent >= 0:
-            self.battery = percent / 100.0
+            self._update(battery=percent / 100.0)
 
     def _on_position(self, message: mavlink.MAVLink_local_position_ned_message) -> None:
-        self.has_position = math.isfinite(message.x + message.y + message.z)
+        self._update(has_position=math.isfinite(message.x + message.y + message.z))
 
     def _on_home(self, message: mavlink.MAVLink_home_position_message) -> None:
-        self.has_home = True
+        self._update(has_home=True)
 
     def _on_gps(self, message: mavlink.MAVLink_gps_raw_int_message) -> None:
-        self.gps_fix, self.satellites = message.fix_type, message.satellites_visible
+        self._update(gps_fix=message.fix_type, satellites=message.satellites_visible)
+
+    def _update(self, **told: Any) -> None:
+        self.health = replace(self.health, **told)
+
+
+def missing_for_flight(health: Health) -> list[str]:
+    """What a flight needs and is not there yet, in words."""
+    missing: list[str] = []
+    if health.estimator is not None and health.estimator.missing:
+        missing.append(f"the estimator's {', '.join(health.estimator.missing)}")
+    elif not health.has_position:
+        missing.append("a position")
+    if not health.ready_to_arm:
+        missing.append("the checks before arming")
+    return missing
 
 
 def _missing(flags: int) -> tuple[str, ...]:

@@ -91,8 +91,33 @@ class Estimator:
 
 
 @dataclass(frozen=True, slots=True)
+class Health:
+    """What a vehicle tells of itself; None stands for what it does not tell.
+
+    Attributes:
+        estimator: its own account of where it is.
+        has_position: whether a finite LOCAL_POSITION_NED came.
+        has_home: whether HOME_POSITION came.
+        gps_fix: GPS_FIX_TYPE; 3 is a fix in three dimensions.
+        satellites: in the fix.
+        ready_to_arm: whether the autopilot's checks before arming pass.
+        has_remote_control: whether a remote control is received.
+        battery: remaining charge (0 to 1).
+    """
+
+    estimator: Estimator | None = None
+    has_position: bool = False
+    has_home: bool = False
+    gps_fix: int | None = None
+    satellites: int | None = None
+    ready_to_arm: bool | None = None
+    has_remote_control: bool = False
+    battery: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Observation:
-    """A vehicle and the link to it, over `seconds`; None stands for what the vehicle does not tell.
+    """A vehicle and the link to it, over `seconds`.
 
     Attributes:
         system_id: MAVLink id of the vehicle.
@@ -110,15 +135,8 @@ class Observation:
         bad_checksums: frames that were spoilt.
         round_trips: of TIMESYNC.
         peers: who else is there.
-        has_position: whether a finite LOCAL_POSITION_NED came.
-        has_home: whether HOME_POSITION came.
-        estimator: its own account of itself.
-        gps_fix: GPS_FIX_TYPE; 3 is a fix in three dimensions.
-        satellites: in the fix.
-        ready_to_arm: whether the autopilot's checks before arming pass.
+        health: what it tells of itself.
         complaints: what it said in words that was a warning or worse.
-        has_remote_control: whether a remote control is received.
-        battery: remaining charge (0 to 1).
         parameters: those that matter, and that the vehicle has.
         vehicle_signs: whether the vehicle signs its frames.
         we_sign: whether we sign ours.
@@ -139,15 +157,8 @@ class Observation:
     bad_checksums: int = 0
     round_trips: RoundTrips | None = None
     peers: tuple[Peer, ...] = ()
-    has_position: bool = False
-    has_home: bool = False
-    estimator: Estimator | None = None
-    gps_fix: int | None = None
-    satellites: int | None = None
-    ready_to_arm: bool | None = None
+    health: Health = field(default_factory=Health)
     complaints: tuple[str, ...] = ()
-    has_remote_control: bool = False
-    battery: float | None = None
     parameters: Mapping[str, Number] = field(default_factory=dict)
     vehicle_signs: bool = False
     we_sign: bool = False

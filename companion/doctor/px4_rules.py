@@ -55,9 +55,9 @@ def _loss_action(name: str, value: Number, seen: Observation) -> Finding:
         return stops(name, f"{told}: the vehicle may fall", safe)
     if value not in _OFFBOARD_LOSS:
         return stops(name, f"{told}, which nobody knows", safe)
-    if not seen.has_remote_control and value == _ALTITUDE:
+    if not seen.health.has_remote_control and value == _ALTITUDE:
         return stops(name, f"{told}: it then drifts, and no remote control is received", safe)
-    if not seen.has_remote_control and value == _POSITION:
+    if not seen.health.has_remote_control and value == _POSITION:
         return warns(name, f"{told}, which waits for a pilot; no remote control is received", safe)
     return fine(name, told)
 
@@ -65,14 +65,14 @@ def _loss_action(name: str, value: Number, seen: Observation) -> Finding:
 def _rc_exceptions(name: str, value: Number, seen: Observation) -> Finding:
     if int(value) & _IN_OFFBOARD:
         return fine(name, "losing the remote control does not end OFFBOARD")
-    if not seen.has_remote_control and (seen.version is None or seen.version < _RC_OPTIONAL):
+    if not seen.health.has_remote_control and (seen.version is None or seen.version < _RC_OPTIONAL):
         told = "no remote control is received, and this PX4 ends OFFBOARD for that"
         return warns(name, told, f"set {name} {int(value) | _IN_OFFBOARD}")
     return fine(name, "losing the remote control ends OFFBOARD, as NAV_RCL_ACT says")
 
 
 def _rc_source(name: str, value: Number, seen: Observation) -> Finding:
-    if value == _RC_ONLY and not seen.has_remote_control:
+    if value == _RC_ONLY and not seen.health.has_remote_control:
         told = "sticks come from a remote control only, and none is received: PX4 may not arm"
         return warns(name, told, f"switch it on, or set {name} 4 (sticks disabled)")
     return fine(name, f"source of sticks {value:g}")

@@ -41,10 +41,10 @@ def mode(seen: Observation) -> Iterator[Finding]:
 def estimator(seen: Observation) -> Iterator[Finding]:
     """It knows where it is."""
     wait = "wait for it, under open sky and at rest; indoors give it another source of position"
-    own = seen.estimator
+    own = seen.health.estimator
     if own is not None and own.missing:
         yield stops("estimator", f"has no {', '.join(own.missing)}", wait)
-    elif not seen.has_position:
+    elif not seen.health.has_position:
         yield stops("estimator", "tells no position", wait)
     elif own is None:
         yield fine("estimator", "tells a position (and nothing of its health)")
@@ -59,13 +59,13 @@ def estimator(seen: Observation) -> Iterator[Finding]:
 
 def position_sources(seen: Observation) -> Iterator[Finding]:
     """GPS and home, where they matter."""
-    if seen.gps_fix is not None:
-        told = f"fix type {seen.gps_fix}, {seen.satellites} satellites"
-        if seen.gps_fix >= _FIX_3D:
+    if seen.health.gps_fix is not None:
+        told = f"fix type {seen.health.gps_fix}, {seen.health.satellites} satellites"
+        if seen.health.gps_fix >= _FIX_3D:
             yield fine("GPS", told)
         else:
             yield warns("GPS", told, "fine indoors with another source of position; else wait for a 3-D fix")
-    if seen.has_home:
+    if seen.health.has_home:
         yield fine("home", "set")
     else:
         yield warns(
@@ -80,9 +80,9 @@ def arming(seen: Observation) -> Iterator[Finding]:
         yield fine("arming", "armed already")
         if said:
             yield warns("said", said, "see to it: these are the vehicle's own words")
-    elif seen.ready_to_arm is None:
+    elif seen.health.ready_to_arm is None:
         yield warns("arming", "it does not tell whether it would arm", "check that SYS_STATUS is sent")
-    elif not seen.ready_to_arm:
+    elif not seen.health.ready_to_arm:
         yield stops(
             "arming",
             f"its checks before arming fail: {said or 'it gives no reason in words'}",
@@ -96,13 +96,13 @@ def arming(seen: Observation) -> Iterator[Finding]:
 
 def battery(seen: Observation) -> Iterator[Finding]:
     """There is charge for a flight."""
-    if seen.battery is None:
+    if seen.health.battery is None:
         yield warns(
             "battery", "it does not tell its charge", "calibrate the power module, and watch the time"
         )
-    elif seen.battery < _EMPTY:
-        yield stops("battery", f"{seen.battery:.0%}", "charge it")
-    elif seen.battery < _LOW:
-        yield warns("battery", f"{seen.battery:.0%}", "charge it, or fly a short trajectory")
+    elif seen.health.battery < _EMPTY:
+        yield stops("battery", f"{seen.health.battery:.0%}", "charge it")
+    elif seen.health.battery < _LOW:
+        yield warns("battery", f"{seen.health.battery:.0%}", "charge it, or fly a short trajectory")
     else:
-        yield fine("battery", f"{seen.battery:.0%}")
+        yield fine("battery", f"{seen.health.battery:.0%}")

@@ -1,11 +1,11 @@
 """What a healthy vehicle looks like, to be spoilt by tests."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any
 
 from companion.autopilot import Identity
 from companion.doctor import Finding, Observation, judge
-from companion.doctor.observation import Estimator, Loss, RoundTrips, Stream
+from companion.doctor.observation import Estimator, Health, Loss, RoundTrips, Stream
 
 _STREAMS = {"LOCAL_POSITION_NED": Stream(98.0, 0.002, 0.03), "ATTITUDE": Stream(98.0, 0.002, 0.03)}
 PX4 = Observation(
@@ -20,14 +20,16 @@ PX4 = Observation(
     streams=_STREAMS,
     losses={(1, 1): Loss(frames=3000)},
     round_trips=RoundTrips(100, 100, 0.002, 0.005, 12.0, 20.0),
-    has_position=True,
-    has_home=True,
-    estimator=Estimator(worst_ratio=0.2),
-    gps_fix=3,
-    satellites=10,
-    ready_to_arm=True,
-    has_remote_control=True,
-    battery=0.9,
+    health=Health(
+        estimator=Estimator(worst_ratio=0.2),
+        has_position=True,
+        has_home=True,
+        gps_fix=3,
+        satellites=10,
+        ready_to_arm=True,
+        has_remote_control=True,
+        battery=0.9,
+    ),
     parameters={"COM_OF_LOSS_T": 1.0, "COM_OBL_RC_ACT": 0},
 )
 ARDUPILOT = replace(
@@ -39,6 +41,8 @@ ARDUPILOT = replace(
 
 
 def found(seen: Observation, topic: str, **changes: Any) -> Finding:
-    """What is said of `topic` when `changes` are made to what was seen."""
-    (finding,) = (each for each in judge(replace(seen, **changes)) if each.topic == topic)
+    """What is said of `topic` when `changes` are made to what was seen, or to its health."""
+    of_health = {field.name for field in fields(Health)} & changes.keys()
+    health = replace(seen.health, **{name: changes.pop(name) for name in of_health})
+    (finding,) = (each for each in judge(replace(seen, health=health, **changes)) if each.topic == topic)
     return finding

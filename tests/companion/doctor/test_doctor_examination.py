@@ -44,7 +44,7 @@ def test_a_vehicle_that_boots_is_waited_for() -> None:
     assert any("waiting for the estimator's horizontal position" in line for line in announced)
     assert (seen.identity.autopilot, seen.identity.version, seen.uid) == ("ArduPilot", "4.6.0", "abc")
     assert (seen.mode, seen.armed, seen.vehicle_type) == ("STABILIZE", False, "quadrotor")
-    assert (seen.battery, seen.gps_fix, seen.has_home) == (0.87, 3, True)
+    assert (seen.health.battery, seen.health.gps_fix, seen.health.has_home) == (0.87, 3, True)
     assert seen.parameters == {"GUID_TIMEOUT": 3.0, "ARMING_CHECK": 1.0}
     assert seen.streams["LOCAL_POSITION_NED"].rate_hz == pytest.approx(50.0, rel=0.05)
     assert seen.losses[1, 1].lost == 0
