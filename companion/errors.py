@@ -5,7 +5,9 @@ ImpromptuError
 └── FlightError          the flight or the job failed                               (exit status 1)
     ├── LinkError        nothing there, port taken, link lost
     │   └── NoReplyError    the vehicle did not answer a request in time
+    ├── GapError         setpoints stopped for longer than the vehicle waits for them
     ├── RefusedError     the vehicle refused: its own STATUSTEXT is in the message
+    ├── TakenError       the vehicle left our control unasked
     └── TrackingError    the flight was ended by a guard; the vehicle was left in a hold
 """
 
@@ -32,6 +34,10 @@ class LinkError(FlightError):
 
 class NoReplyError(LinkError):
     """The vehicle did not answer a request in time."""
+
+
+class GapError(FlightError):
+    """Setpoints stopped for longer than the vehicle waits for them: it was left to its own failsafe."""
 
 
 class RefusedError(FlightError):

@@ -3,7 +3,7 @@
 from companion import clock
 from companion.arrays import Vec3
 from companion.autopilot import steps
-from companion.autopilot.flight_modes import FlightModes
+from companion.autopilot.flight_modes import HOLD_ATTEMPTS, FlightModes
 from companion.autopilot.interface import MotionLimits
 from companion.autopilot.setpoint import position_target
 from companion.errors import NoReplyError, RefusedError
@@ -16,7 +16,8 @@ from companion.link.telemetry import Telemetry
 _POSITION_WITHIN_S = 30.0
 """How long the estimator may take from power-up until it uses GPS; its position comes from then on."""
 
-_GUIDED, _LAND, _BRAKE = 4, 9, 17
+_GUIDED_TIMEOUT_S = 3.0
+_GUIDED, _RTL, _LAND, _BRAKE = 4, 6, 9, 17
 _MODE_NAMES = {
     0: "STABILIZE",
     1: "ACRO",
@@ -24,7 +25,7 @@ _MODE_NAMES = {
     3: "AUTO",
     _GUIDED: "GUIDED",
     5: "LOITER",
-    6: "RTL",
+    _RTL: "RTL",
     7: "CIRCLE",
     _LAND: "LAND",
     11: "DRIFT",
@@ -84,6 +85,10 @@ class ArduPilot:
             f"the vehicle answered for none of {', '.join(names[0] for names, _ in _MOTION_LIMITS)}"
         )
 
+    async def setpoint_timeout_s(self) -> float:
+        """GUID_TIMEOUT: after it the vehicle stops where it is, and stays in GUIDED."""
+        return await steps.parameter_or(self._connection, "GUID_TIMEOUT", _GUIDED_TIMEOUT_S)
+
     async def arm(self) -> None:
         """Switch to GUIDED, in which a takeoff can be asked for, and arm, unless it is armed.
 
@@ -119,13 +124,18 @@ class ArduPilot:
         would leave it to every setpoint that is still under way.
         """
         self._modes.release()
-        await self._switch_to(_BRAKE)
+        await self._switch_to(_BRAKE, attempts=HOLD_ATTEMPTS)
 
     async def land(self) -> None:
         """Land here; returns when the vehicle is on the ground and disarmed itself."""
         self._modes.release()
         await command(self._connection, mavlink.MAV_CMD_NAV_LAND)
         await steps.until_down(self._telemetry, self._modes, (_LAND,))
+
+    async def return_home(self) -> None:
+        """Return as RTL_ALT and its kin say; returns when the vehicle is on the ground and disarmed."""
+        self._modes.release()
+        await steps.return_home(self._connection, self._telemetry, self._modes, (_RTL, _LAND))
 
     async def until_taken(self) -> str:
         """Wait until the vehicle leaves GUIDED unasked; the name of the mode that it went to."""
@@ -144,5 +154,5 @@ class ArduPilot:
         target = self._connection.target
         self._connection.send(position_target(target, clock.now(), position, velocity, acceleration, yaw))
 
-    async def _switch_to(self, mode: int) -> None:
-        await self._modes.switch(mode, mode)
+    async def _switch_to(self, mode: int, attempts: int = 4) -> None:
+        await self._modes.switch(mode, mode, attempts=attempts)

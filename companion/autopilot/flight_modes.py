@@ -10,6 +10,9 @@ from companion.link.connection import Connection
 from companion.link.dialect import Message, mavlink
 from companion.link.telemetry import Telemetry
 
+HOLD_ATTEMPTS = 2
+"""A hold that is asked for longer than a vehicle waits for setpoints could undo what its failsafe did, or
+its pilot after that."""
 MODE_TIMEOUT_S = 3.0
 """A change of mode shows in the next HEARTBEAT, which comes once a second."""
 _POLL_S = 0.02
@@ -62,14 +65,19 @@ class FlightModes:
         await self._taken.wait()
         return self._taken_by
 
-    async def switch(self, mode: int, *params: float) -> None:
+    async def switch(self, mode: int, *params: float, attempts: int = 4) -> None:
         """Have the vehicle go to `mode`, as parameters 2 and on of MAV_CMD_DO_SET_MODE name it.
+
+        Args:
+            mode: custom_mode of the HEARTBEAT that shows that it did.
+            params: of the command.
+            attempts: how often to ask, each for half a second.
 
         Raises:
             RefusedError, NoReplyError, FlightError, LinkError: as `command` and `until`.
         """
         flags = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
-        await command(self._connection, mavlink.MAV_CMD_DO_SET_MODE, flags, *params)
+        await command(self._connection, mavlink.MAV_CMD_DO_SET_MODE, flags, *params, attempts=attempts)
         await self.until(lambda: self._is_in((mode,)), MODE_TIMEOUT_S, f"it did not go to {self._name(mode)}")
 
     async def until(self, condition: Callable[[], bool], timeout_s: float, otherwise: str) -> None:

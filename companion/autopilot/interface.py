@@ -50,6 +50,10 @@ class Autopilot(Protocol):
         """What it keeps the vehicle to."""
         ...
 
+    async def setpoint_timeout_s(self) -> float:
+        """How long it waits for the next setpoint before it stops following them (s)."""
+        ...
+
     async def arm(self) -> None:
         """Arm, unless it is armed."""
         ...
@@ -68,6 +72,10 @@ class Autopilot(Protocol):
 
     async def land(self) -> None:
         """Land here; returns when the vehicle is on the ground and disarmed."""
+        ...
+
+    async def return_home(self) -> None:
+        """Fly back to where it took off and land; returns when the vehicle is on the ground and disarmed."""
         ...
 
     async def until_taken(self) -> str:

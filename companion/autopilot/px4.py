@@ -6,18 +6,20 @@ import math
 from companion import clock
 from companion.arrays import Vec3
 from companion.autopilot import steps
-from companion.autopilot.flight_modes import FlightModes
+from companion.autopilot.flight_modes import HOLD_ATTEMPTS, FlightModes
 from companion.autopilot.interface import MotionLimits
 from companion.autopilot.setpoint import position_target
 from companion.errors import RefusedError
-from companion.link.command import command
+from companion.link.command import command, request_message
 from companion.link.connection import Connection
 from companion.link.dialect import mavlink
 from companion.link.parameter import read_parameter
+from companion.link.status import Landed
 from companion.link.telemetry import Telemetry
 
 _STREAM_FIRST_S = 0.2  # for the stream's first setpoints to arrive: PX4 refuses OFFBOARD without them
 _ENGAGE_ATTEMPTS = 3
+_LOSS_TIMEOUT_S = 1.0
 _NAN = math.nan
 
 
@@ -26,7 +28,8 @@ def _custom_mode(main: int, sub: int) -> int:
     return main << 16 | sub << 24
 
 
-_TAKEOFF, _HOLD, _LAND = _custom_mode(4, 2), _custom_mode(4, 3), _custom_mode(4, 6)
+_TAKEOFF, _HOLD = _custom_mode(4, 2), _custom_mode(4, 3)
+_RETURN, _LAND = _custom_mode(4, 5), _custom_mode(4, 6)
 _OFFBOARD = _custom_mode(6, 0)
 _MODE_NAMES = {
     _custom_mode(1, 0): "MANUAL",
@@ -36,7 +39,7 @@ _MODE_NAMES = {
     _TAKEOFF: "AUTO.TAKEOFF",
     _HOLD: "AUTO.LOITER",
     _custom_mode(4, 4): "AUTO.MISSION",
-    _custom_mode(4, 5): "AUTO.RTL",
+    _RETURN: "AUTO.RTL",
     _LAND: "AUTO.LAND",
     _custom_mode(5, 0): "ACRO",
     _OFFBOARD: "OFFBOARD",
@@ -75,20 +78,31 @@ class Px4:
             down_m_s=await read_parameter(self._connection, "MPC_Z_VEL_MAX_DN"),
         )
 
+    async def setpoint_timeout_s(self) -> float:
+        """COM_OF_LOSS_T: then it does COM_OBL_RC_ACT, and goes back to OFFBOARD at the next setpoint."""
+        return await steps.parameter_or(self._connection, "COM_OF_LOSS_T", _LOSS_TIMEOUT_S)
+
     async def arm(self) -> None:
-        """Arm, unless it is armed."""
+        """Arm, unless it is armed; in AUTO.LOITER, for with no sticks PX4 arms in no mode that needs them."""
+        if not self._telemetry.status.armed and self._telemetry.status.custom_mode != _HOLD:
+            await self._switch_to(_HOLD)
         await steps.arm(self._connection, self._telemetry, self._modes)
 
     async def takeoff(self, altitude_m: float) -> None:
         """Climb to `altitude_m` above where it is; returns when it is there."""
         start = self._telemetry.state or await self._telemetry.next_state()
-        place = await self._connection.receive(mavlink.MAVLink_global_position_int_message, timeout_s=2.0)
+        place = await request_message(self._connection, mavlink.MAVLink_global_position_int_message)
         above_sea_m = place.alt * 1e-3 + altitude_m
         await command(
             self._connection, mavlink.MAV_CMD_NAV_TAKEOFF, _NAN, 0.0, 0.0, _NAN, _NAN, _NAN, above_sea_m
         )
+
+        def finished() -> bool:  # PX4 believes so from NAV_MC_ALT_RAD, 0.8 m, below the altitude on
+            status = self._telemetry.status
+            return status.custom_mode == _HOLD and status.landed is Landed.IN_AIR
+
         own = (_TAKEOFF, _HOLD)
-        await steps.until_climbed(start.position, altitude_m, self._telemetry, self._modes, own)
+        await steps.until_climbed(start.position, altitude_m, self._telemetry, self._modes, own, finished)
 
     async def engage(self) -> None:
         """Switch to OFFBOARD, once the setpoints stream."""
@@ -105,13 +119,18 @@ class Px4:
     async def hold(self) -> None:
         """Switch to AUTO.LOITER."""
         self._modes.release()
-        await self._switch_to(_HOLD)
+        await self._switch_to(_HOLD, attempts=HOLD_ATTEMPTS)
 
     async def land(self) -> None:
         """Land here; returns when the vehicle is on the ground and disarmed itself."""
         self._modes.release()
         await command(self._connection, mavlink.MAV_CMD_NAV_LAND, 0.0, 0.0, 0.0, _NAN, _NAN, _NAN, 0.0)
         await steps.until_down(self._telemetry, self._modes, (_LAND,))
+
+    async def return_home(self) -> None:
+        """Return as RTL_TYPE and its kin say; returns when the vehicle is on the ground and disarmed."""
+        self._modes.release()
+        await steps.return_home(self._connection, self._telemetry, self._modes, (_RETURN, _LAND))
 
     async def until_taken(self) -> str:
         """Wait until the vehicle leaves OFFBOARD unasked; the name of the mode that it went to."""
@@ -128,8 +147,8 @@ class Px4:
         target = self._connection.target
         self._connection.send(position_target(target, clock.now(), position, velocity, acceleration, yaw))
 
-    async def _switch_to(self, mode: int) -> None:
-        await self._modes.switch(mode, *_main_and_sub(mode))
+    async def _switch_to(self, mode: int, attempts: int = 4) -> None:
+        await self._modes.switch(mode, *_main_and_sub(mode), attempts=attempts)
 
 
 def _main_and_sub(custom_mode: int) -> tuple[int, int]:

@@ -1,10 +1,14 @@
 """Steps of a flight that every autopilot takes alike: arm, climb, come down."""
 
+from collections.abc import Callable
+
 from companion.arrays import Vec3
 from companion.autopilot.flight_modes import MODE_TIMEOUT_S, FlightModes
+from companion.errors import NoReplyError
 from companion.link.command import command
 from companion.link.connection import Connection
 from companion.link.dialect import mavlink
+from companion.link.parameter import read_parameter
 from companion.link.status import Landed
 from companion.link.telemetry import Telemetry
 
@@ -12,6 +16,7 @@ _CLIMB_M_S = 0.5  # slower than any sensible MPC_TKO_SPEED or WPNAV_SPEED_UP
 _TAKEOFF_MARGIN_S = 10.0  # motors spin up, heartbeat
 _TAKEOFF_TOLERANCE_M = 0.3
 _LAND_TIMEOUT_S = 180.0
+_RETURN_TIMEOUT_S = 600.0
 
 
 async def arm(connection: Connection, telemetry: Telemetry, modes: FlightModes) -> None:
@@ -22,9 +27,14 @@ async def arm(connection: Connection, telemetry: Telemetry, modes: FlightModes) 
 
 
 async def until_climbed(
-    start: Vec3, altitude_m: float, telemetry: Telemetry, modes: FlightModes, own: tuple[int, ...]
+    start: Vec3,
+    altitude_m: float,
+    telemetry: Telemetry,
+    modes: FlightModes,
+    own: tuple[int, ...],
+    finished: Callable[[], bool] = lambda: False,
 ) -> None:
-    """Wait until the vehicle is `altitude_m` (m) above `start` (NED, m).
+    """Wait until the vehicle is `altitude_m` (m) above `start` (NED, m), or its takeoff is `finished`.
 
     Raises:
         TakenError: it left the modes of a takeoff, `own`, unasked.
@@ -33,13 +43,32 @@ async def until_climbed(
     enough_m = altitude_m - _TAKEOFF_TOLERANCE_M
 
     def is_there() -> bool:
-        return telemetry.state is not None and start[2] - telemetry.state.position[2] >= enough_m
+        state = telemetry.state
+        return finished() or (state is not None and start[2] - state.position[2] >= enough_m)
 
     timeout_s = altitude_m / _CLIMB_M_S + _TAKEOFF_MARGIN_S
     await modes.until(modes.unless_taken(own, is_there), timeout_s, f"it did not climb to {altitude_m:g} m")
 
 
-async def until_down(telemetry: Telemetry, modes: FlightModes, own: tuple[int, ...]) -> None:
+async def return_home(
+    connection: Connection, telemetry: Telemetry, modes: FlightModes, own: tuple[int, ...]
+) -> None:
+    """Have the vehicle return in its own way, and wait until it is down; raises as `until_down`."""
+    await command(connection, mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH)
+    await until_down(telemetry, modes, own, _RETURN_TIMEOUT_S)
+
+
+async def parameter_or(connection: Connection, name: str, otherwise: float) -> float:
+    """The value of a parameter; `otherwise`, which is its default, from a vehicle that does not tell."""
+    try:
+        return await read_parameter(connection, name)
+    except NoReplyError:
+        return otherwise
+
+
+async def until_down(
+    telemetry: Telemetry, modes: FlightModes, own: tuple[int, ...], timeout_s: float = _LAND_TIMEOUT_S
+) -> None:
     """Wait until the vehicle is on the ground and disarmed itself.
 
     Raises:
@@ -50,4 +79,4 @@ async def until_down(telemetry: Telemetry, modes: FlightModes, own: tuple[int, .
     def is_down() -> bool:
         return telemetry.status.landed is Landed.ON_GROUND and not telemetry.status.armed
 
-    await modes.until(modes.unless_taken(own, is_down), _LAND_TIMEOUT_S, "it did not land and disarm")
+    await modes.until(modes.unless_taken(own, is_down), timeout_s, "it did not land and disarm")

@@ -8,12 +8,12 @@ import typer
 from rich.console import Console
 
 from companion.cli import options
-from companion.cli.flying import Request, conduct, provenance, show, vehicle_name
+from companion.cli.flying import Placed, Request, conduct, provenance, show, vehicle_name
 from companion.flight.flight import FlightPlan
 from companion.flight.guard import Fence
 from companion.flight.strategies import Strategy
 from companion.link import parse_address
-from companion.trajectory import Limits, Trajectory, summarise, training_sinusoids
+from companion.trajectory import Limits, Trajectory, training_sinusoids
 from companion.trajectory.training import LIMITS
 
 
@@ -41,10 +41,9 @@ def collect(
     address = parse_address(connect)
     guard_limits = options.guard_limits(guard)
     trajectory_within = partial(_training, duration, box, seed, guard_limits.fence)
-    plan = FlightPlan(trajectory_within(LIMITS), limits=guard_limits, land=land)
-    show(console, *summarise(plan.trajectory, LIMITS).lines())
+    plan = FlightPlan(trajectory_within(LIMITS), limits=guard_limits, after=options.after(None, land=land))
     about = provenance(address, name or vehicle_name(address), plan.trajectory.name, Strategy.BASELINE)
-    request = Request(address, system_id, plan, LIMITS, trajectory_within, about)
+    request = Request(address, system_id, LIMITS, Placed(plan, trajectory_within), about)
     conduct(request, options.writable(output), console)
     show(console, f"next: companion train {output} --output MODEL.safetensors")
 

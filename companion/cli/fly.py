@@ -1,42 +1,70 @@
 """`companion fly`: one trajectory on one vehicle, and how closely it was tracked."""
 
 import json as json_format
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeAlias
 
 import typer
 from rich.console import Console
 
 from companion import bundled
 from companion.cli import options
-from companion.cli.flying import Flown, Request, conduct, provenance, show, vehicle_name
-from companion.errors import InputError
-from companion.flight.flight import FlightOutcome, FlightPlan
-from companion.flight.guard import Fence
+from companion.cli.fly_plan import Planned, is_plan
+from companion.cli.flying import Course, Flown, Placed, Request, conduct, provenance, show, vehicle_name
+from companion.errors import GapError, InputError, TakenError
+from companion.flight.flight import After, FlightOutcome, FlightPlan
+from companion.flight.guard import Fence, GuardLimits
+from companion.flight.heading import YawMode
 from companion.flight.online_correction import OnlineCorrection
 from companion.flight.strategies import ReferenceLaw, Strategy, reference_law
 from companion.learning.inverse_network import InverseNetwork
 from companion.link import parse_address
+from companion.link.address import Address
+from companion.mission.files import read_plan
 from companion.recording import Provenance
-from companion.trajectory import Limits, Placement, Trajectory, read_trajectory, summarise
+from companion.trajectory import Limits, Placement, Trajectory, read_trajectory
 from companion.trajectory.placement import LOWEST_M
 
 _WITH_MODEL = (Strategy.LOOKAHEAD, Strategy.DNN, Strategy.DNN_GP)
 
+_StrategyOption: TypeAlias = Annotated[
+    Strategy | None, typer.Option(help="How to track; dnn+gp where a model is given, else gp.")
+]
+_Lookahead: TypeAlias = Annotated[
+    float | None, typer.Option(min=0.0, max=5.0, help="For lookahead: how early (s); else the model's.")
+]
+_After: TypeAlias = Annotated[
+    After | None,
+    typer.Option(help="How to hand the vehicle back: hold, land, or return to its takeoff point."),
+]
+_Yaw: TypeAlias = Annotated[
+    YawMode, typer.Option(help="Where the nose points: as found (hold), or along the path (path).")
+]
+_Resume: TypeAlias = Annotated[
+    bool,
+    typer.Option(
+        "--resume", help="Take over a vehicle in the air, and go on at the trajectory's nearest point."
+    ),
+]
+_DryRun: TypeAlias = Annotated[
+    bool, typer.Option("--dry-run", help="Show what would be flown, and connect to nothing.")
+]
+_Record: TypeAlias = Annotated[
+    Path | None, typer.Option(dir_okay=False, help="Write the flight's recording to this file (MCAP).")
+]
+
 
 def fly(
-    trajectory: Annotated[str, typer.Argument(help="CSV file, or a name in config/trajectories.")],
+    trajectory: Annotated[
+        str, typer.Argument(help="CSV file, a name in config/trajectories, or a mission: .plan, .waypoints.")
+    ],
     connect: options.ConnectUnlessDry = None,
-    strategy: Annotated[
-        Strategy | None, typer.Option(help="How to track; dnn+gp where a model is given, else gp.")
-    ] = None,
+    strategy: _StrategyOption = None,
     model: options.Model = None,
-    lookahead: Annotated[
-        float | None, typer.Option(min=0.0, max=5.0, help="For lookahead: how early (s); else the model's.")
-    ] = None,
+    lookahead: _Lookahead = None,
     size: options.Size = 3.0,
     speed: options.Speed = None,
     plane: options.PlaneOption = options.Plane.XZ,
@@ -44,16 +72,15 @@ def fly(
     heading: options.Heading = 0.0,
     altitude: options.Altitude = LOWEST_M,
     flip_y: options.FlipY = False,
+    yaw: _Yaw = YawMode.HOLD,
     land: options.Land = False,
+    after: _After = None,
+    resume: _Resume = False,
     preset: options.PresetOption = options.Preset.DEFAULT,
     guard: options.Guard = None,
     system_id: options.SystemId = None,
-    dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Show what would be flown, and connect to nothing.")
-    ] = False,
-    record: Annotated[
-        Path | None, typer.Option(dir_okay=False, help="Write the flight's recording to this file (MCAP).")
-    ] = None,
+    dry_run: _DryRun = False,
+    record: _Record = None,
     json: options.Json = None,
 ) -> None:
     """Take off, go to the start, track the trajectory, hold; and say how closely it was tracked.
@@ -64,40 +91,70 @@ def fly(
     Example: companion fly clef --connect sitl://bebop2 --model ardrone2
 
     Example: companion fly drawing.csv --connect udpin://0.0.0.0:14540 --size 2 --land
+
+    Example: companion fly survey.plan --connect udpin://0.0.0.0:14540 --strategy dnn+gp --model ardrone2
     """
     console = Console()
     limits, guard_limits = options.limits(speed), options.guard_limits(guard)
-    trajectory_within = partial(
-        _read,
-        bundled.find("trajectories", trajectory, ".csv"),
-        options.placement(size, plane, origin, heading, altitude, flip_y),
-        guard_limits.fence,
-    )
     strategy, law = _technique(strategy, options.network(model), lookahead, preset.settings.network_share)
-    plan = FlightPlan(
-        trajectory_within(limits),
-        law,
-        OnlineCorrection(preset.settings) if strategy.learns_online else None,
+    flight = partial(
+        FlightPlan,
+        law=law,
+        correction=OnlineCorrection(preset.settings) if strategy.learns_online else None,
         period_s=strategy.period_s(preset.settings),
         limits=guard_limits,
-        land=land,
+        yaw=yaw,
+        resume=resume,
     )
-    show(console, *summarise(plan.trajectory, limits).lines())
+    placement = options.placement(size, plane, origin, heading, altitude, flip_y)
+    asked = options.after(after, land=land) if after or land else None
+    course = _course(trajectory, flight, limits, guard_limits, placement, asked, resume)
     if dry_run:
+        show(console, *course.preview(limits))
         return
-    if connect is None:
-        raise InputError("where is the vehicle? Give --connect URL, or --dry-run to look only")
-    address = parse_address(connect)
-    for path in (record, json):
-        if path is not None:
-            options.writable(path)
+    address = _address(connect)
+    for path in filter(None, (record, json)):
+        options.writable(path)
     show(console, f"strategy: {strategy}" + (f", model {model}" if model else ""))
-    about = provenance(address, vehicle_name(address), plan.trajectory.name, strategy)
-    request = Request(address, system_id, plan, limits, trajectory_within, about)
-    flown = conduct(request, record, console)
+    about = provenance(address, vehicle_name(address), course.name, strategy)
+    request = Request(address, system_id, limits, course, about)
+    flown = _conduct(request, record, console)
     show(console, *_lines(flown.outcome))
     if json is not None:
         json.write_text(json_format.dumps(_result(flown, about, model), indent=2) + "\n")
+
+
+def _course(
+    trajectory: str,
+    flight: Callable[..., FlightPlan],
+    limits: Limits,
+    guard_limits: GuardLimits,
+    placement: Placement,
+    after: After | None,
+    resume: bool,
+) -> Course:
+    """What to fly, from the file that `trajectory` names; InputError where that cannot be flown."""
+    if is_plan(trajectory):
+        file = Path(trajectory)
+        return Planned(file.stem, read_plan(file), flight, guard_limits, after, resume)
+    file = bundled.find("trajectories", trajectory, ".csv")
+    within = partial(_read, file, placement, guard_limits.fence)
+    return Placed(flight(within(limits), after=after or After.HOLD), within)
+
+
+def _address(connect: str | None) -> Address:
+    if connect is None:
+        raise InputError("where is the vehicle? Give --connect URL, or --dry-run to look only")
+    return parse_address(connect)
+
+
+def _conduct(request: Request, record: Path | None, console: Console) -> Flown:
+    """`conduct`; where the vehicle left our control, how to go on is shown too."""
+    try:
+        return conduct(request, record, console)
+    except (TakenError, GapError):
+        show(console, "nothing more is sent: the same command with --resume goes on where the vehicle is")
+        raise
 
 
 def _read(file: Path, placement: Placement, fence: Fence, limits: Limits) -> Trajectory:

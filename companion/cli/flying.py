@@ -1,8 +1,10 @@
 """What `fly` and `collect` share: one flight on one vehicle, shown as it happens and kept whatever comes."""
 
+import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import Protocol
 
 import typer
 from rich.console import Console
@@ -13,12 +15,78 @@ from companion.cli.display import FlightDisplay
 from companion.errors import NoReplyError
 from companion.flight.flight import FlightOutcome, FlightPlan, fly
 from companion.flight.recorder import FlightRecorder
+from companion.flight.takeoff import Announce
 from companion.link import connect, start_telemetry
 from companion.link.address import Address, Simulated
+from companion.link.connection import Connection
+from companion.link.telemetry import Telemetry
 from companion.recording import Provenance, write_recording
-from companion.trajectory import Limits, Trajectory
+from companion.trajectory import Limits, Trajectory, summarise
+from companion.trajectory.limits import peaks_of, stretches
 
 _STOPPED = 130  # what shells report for a program that Ctrl-C ended
+
+
+class Course(Protocol):
+    """What to fly, before it is known which vehicle will."""
+
+    @property
+    def name(self) -> str:
+        """What to call it."""
+        ...
+
+    def preview(self, limits: Limits) -> list[str]:
+        """What would be flown without a vehicle to say more, in lines."""
+        ...
+
+    async def lay(
+        self, connection: Connection, telemetry: Telemetry, limits: Limits, announce: Announce
+    ) -> FlightPlan:
+        """The flight for the vehicle that is connected, within `limits`, which are the vehicle's own as well.
+
+        Raises:
+            InputError: a fence or a limit forbids it.
+        """
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """A trajectory that has its place, and depends on the vehicle only by its limits.
+
+    Attributes:
+        plan: with the trajectory within the limits of the user.
+        trajectory_within: makes it anew for the vehicle's own limits.
+    """
+
+    plan: FlightPlan
+    trajectory_within: Callable[[Limits], Trajectory]
+
+    @property
+    def name(self) -> str:
+        """The trajectory's own."""
+        return self.plan.trajectory.name
+
+    def preview(self, limits: Limits) -> list[str]:
+        """The trajectory in a few numbers."""
+        return summarise(self.plan.trajectory, limits).lines()
+
+    async def lay(
+        self, connection: Connection, telemetry: Telemetry, limits: Limits, announce: Announce
+    ) -> FlightPlan:
+        """The plan with the trajectory within `limits`; says where that takes longer."""
+        trajectory = self.trajectory_within(limits)
+        usual_s = self.plan.trajectory.duration_s
+        if trajectory.duration_s > usual_s:
+            asked = stretches(peaks_of(self.plan.trajectory), limits.peaks(usual_speed_m_s=math.inf))
+            beyond = ", ".join(name for name, stretch in asked.items() if stretch > 1.0)
+            announce(
+                f"this vehicle gives less than the trajectory asks for ({beyond}): it takes "
+                f"{trajectory.duration_s:.1f} s instead of {usual_s:.1f} s"
+            )
+        for line in summarise(trajectory, limits).lines():
+            announce(line)
+        return replace(self.plan, trajectory=trajectory)
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,17 +96,15 @@ class Request:
     Attributes:
         address: where the vehicle is.
         system_id: of the vehicle; None for the first that is heard.
-        plan: what to fly.
-        limits: those that its trajectory was made within.
-        trajectory_within: makes the trajectory anew for the vehicle's own limits.
+        limits: what the user allows.
+        course: what to fly.
         provenance: what the recording belongs to.
     """
 
     address: Address
     system_id: int | None
-    plan: FlightPlan
     limits: Limits
-    trajectory_within: Callable[[Limits], Trajectory]
+    course: Course
     provenance: Provenance
 
 
@@ -114,8 +180,9 @@ async def _fly(request: Request, recorder: FlightRecorder, console: Console) -> 
             version = "" if identity.version is None else f" {identity.version}"
             display.phase(f"connected to system {connection.system_id}, {identity.autopilot}{version}")
             autopilot = await detect(connection, telemetry)
+            limits = await _limits(request.limits, autopilot, display.phase)
             outcome = await fly(
-                replace(request.plan, trajectory=await _trajectory(request, autopilot, display)),
+                await request.course.lay(connection, telemetry, limits, display.phase),
                 autopilot,
                 telemetry,
                 provenance=request.provenance,
@@ -126,13 +193,12 @@ async def _fly(request: Request, recorder: FlightRecorder, console: Console) -> 
             return Flown(outcome, connection.system_id, identity)
 
 
-async def _trajectory(request: Request, autopilot: Autopilot, display: FlightDisplay) -> Trajectory:
-    """The trajectory within the vehicle's own limits, where it tells them."""
+async def _limits(limits: Limits, autopilot: Autopilot, announce: Announce) -> Limits:
+    """The limits with the vehicle's own, where it tells them."""
     try:
         own = await autopilot.motion_limits()
     except NoReplyError:
-        up_m_s, down_m_s = request.limits.up_m_s, request.limits.down_m_s
-        display.phase(f"it tells no vertical speed limits: {up_m_s:g} m/s up, {down_m_s:g} m/s down assumed")
-        return request.plan.trajectory
-    limits = request.limits.within_vehicle(**asdict(own))
-    return request.plan.trajectory if limits == request.limits else request.trajectory_within(limits)
+        up_m_s, down_m_s = limits.up_m_s, limits.down_m_s
+        announce(f"it tells no vertical speed limits: {up_m_s:g} m/s up, {down_m_s:g} m/s down assumed")
+        return limits
+    return limits.within_vehicle(**asdict(own))

@@ -9,6 +9,7 @@ import typer
 
 from companion import bundled
 from companion.errors import InputError
+from companion.flight.flight import After
 from companion.flight.guard import GuardLimits
 from companion.flight.guard_file import read_guard_limits
 from companion.learning.inverse_network import InverseNetwork
@@ -112,6 +113,13 @@ VehicleName: TypeAlias = Annotated[
     str | None, typer.Option("--name", help="What to call the vehicle in the file.")
 ]
 Seed: TypeAlias = Annotated[int, typer.Option(min=0, help="Of everything random.")]
+
+
+def after(asked: After | None, *, land: bool) -> After:
+    """How the vehicle is handed back by `--after` and `--land`; InputError where they contradict."""
+    if land and asked not in (None, After.LAND):
+        raise InputError(f"--land and --after {asked} contradict each other: leave one out")
+    return After.LAND if land else asked or After.HOLD
 
 
 def placement(

@@ -1,39 +1,34 @@
-"""One flight from end to end: take off, go to the start, settle, track, and hold or land."""
+"""One flight from end to end: take off, go to the start, settle, track, and hand back."""
 
 import asyncio
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from enum import StrEnum
 from typing import TypeAlias
-
-import numpy as np
 
 from companion import clock
 from companion.arrays import Vec3
 from companion.autopilot import Autopilot
-from companion.errors import FlightError, ImpromptuError, RefusedError, TakenError
-from companion.flight.approach import rest_at, rest_to_rest
+from companion.errors import FlightError, GapError, ImpromptuError, TakenError
+from companion.flight.approach import joining, rest_at, rest_to_rest
 from companion.flight.guard import Clip, GuardLimits
+from companion.flight.heading import YawMode
 from companion.flight.online_correction import OnlineCorrection
 from companion.flight.recorder import FlightRecorder
 from companion.flight.strategies import ReferenceLaw, position_velocity
 from companion.flight.stream import SetpointStream
+from companion.flight.takeoff import Announce, home_of, is_flying, take_off
 from companion.flight.tracker import Tracker, tracking_error_m
-from companion.link.status import Landed
 from companion.link.tasks import background_tasks
 from companion.link.telemetry import Telemetry
 from companion.recording.metrics import TrackingAccuracy, tracking_accuracy
 from companion.recording.series import Provenance, Recording
 from companion.trajectory.trajectory import Trajectory
 
-Announce: TypeAlias = Callable[[str], None]
 ShowProgress: TypeAlias = Callable[[float, float], None]
 """Called twice a second with the share of the trajectory that is done and the distance from it (m)."""
 
-_READY_WITHIN_S = 60.0
-"""How long a vehicle that was just switched on may take until it can be armed."""
-_ASK_AGAIN_S = 1.0
-_TELLS_WITHIN_S = 3.0
 _POLL_S = 0.05
 _PROGRESS_S = 0.5
 _HAND_OVER_S = 5.0
@@ -48,6 +43,14 @@ _LAST_TELEMETRY_S = 0.5
 """After the last instant, until the states of that instant have arrived."""
 
 
+class After(StrEnum):
+    """How a vehicle is handed back after its flight, by the names that the command takes."""
+
+    HOLD = "hold"
+    LAND = "land"
+    RETURN = "return"
+
+
 @dataclass(frozen=True)
 class FlightPlan:
     """What to fly, and how.
@@ -60,7 +63,9 @@ class FlightPlan:
         limits: of the guard.
         settle_s: least time at rest at the start, the strategy already active (s).
         takeoff_altitude_m: where a vehicle on the ground is first sent, above its takeoff point (m).
-        land: land afterwards instead of holding.
+        after: how the vehicle is handed back.
+        yaw: where the nose points.
+        resume: take over a vehicle that is in the air, where it is, and go on at the nearest point.
     """
 
     trajectory: Trajectory
@@ -70,7 +75,9 @@ class FlightPlan:
     limits: GuardLimits = field(default_factory=GuardLimits)
     settle_s: float = 3.0
     takeoff_altitude_m: float = 2.5
-    land: bool = False
+    after: After = After.HOLD
+    yaw: YawMode = YawMode.HOLD
+    resume: bool = False
 
 
 @dataclass(frozen=True)
@@ -80,7 +87,7 @@ class FlightOutcome:
     Attributes:
         accuracy: against the vehicle's own estimate, which is all that a companion can know.
         trajectory: what was to be flown, NED of the vehicle's origin (m).
-        start_s: when it began (companion clock, s).
+        start_s: when it began, or would have, where it was resumed (companion clock, s).
         clips: how often the guard changed what.
         recording: all of it.
     """
@@ -102,7 +109,7 @@ async def fly(
     announce: Announce = lambda text: None,
     progress: ShowProgress = lambda share, error_m: None,
 ) -> FlightOutcome:
-    """Fly `plan`; whatever ends it, the vehicle is left in a hold (or landed), or with who took it.
+    """Fly `plan`; whatever ends it, the vehicle is left as the plan says, in a hold, or with who took it.
 
     Args:
         plan: what to fly.
@@ -117,140 +124,170 @@ async def fly(
         RefusedError: the vehicle refused to arm, take off or be guided.
         TrackingError: the guard ended the flight.
         TakenError: the vehicle changed its mode unasked.
+        GapError: setpoints stopped for so long that the vehicle's failsafe has acted.
         LinkError: the vehicle fell silent.
     """
-    recorder = FlightRecorder() if recorder is None else recorder
-
-    def note(text: str) -> None:
-        recorder.event(clock.now(), text)
-        announce(text)
-
-    unsubscribe = telemetry.subscribe(recorder.state)
+    flight = _Flight(plan, autopilot, telemetry, recorder or FlightRecorder(), announce, progress)
+    unsubscribe = telemetry.subscribe(flight.recorder.state)
     try:
-        home = await _take_off(plan, autopilot, telemetry, note)
-        state = await telemetry.next_state()
-        stream = SetpointStream(
-            autopilot,
-            telemetry,
-            recorder,
-            Tracker(rest_at(state.position), clock.now()),
-            home=home,
-            yaw=float(state.attitude[2]),
-            limits=plan.limits,
-            period_s=plan.period_s,
-        )
-        trajectory = plan.trajectory.moved(home)
-        async with background_tasks() as spawn:
-            spawn(stream.run())
-            await autopilot.engage()
-            spawn(_until_taken(autopilot))
-            start_s = await _track(plan, trajectory, stream, telemetry, note, progress)
-            note("holding")
-            await autopilot.hold()
-        if plan.land:
-            note("landing")
-            await autopilot.land()
-    except TakenError as taken:
-        recorder.event(clock.now(), str(taken))
+        tracked = await flight.run()
+        await flight.hand_back()
+    except (TakenError, GapError) as left:
+        flight.recorder.event(clock.now(), str(left))
         raise
     except BaseException as trouble:
-        recorder.event(clock.now(), str(trouble) or "stopped")
-        await _hand_over(autopilot, telemetry, note)
+        flight.recorder.event(clock.now(), str(trouble) or "stopped")
+        await flight.leave_in_a_hold()
         raise
     finally:
         unsubscribe()
-    recording = recorder.recording(provenance)
+    recording = flight.recorder.recording(provenance)
     accuracy = tracking_accuracy(
-        lambda time_s: trajectory.sample(time_s - start_s).position,
+        lambda time_s: tracked.trajectory.sample(time_s - tracked.start_s).position,
         recording.states.time_s,
         recording.states.position,
-        start_s,
-        start_s + trajectory.duration_s,
+        tracked.from_s,
+        tracked.start_s + tracked.trajectory.duration_s,
     )
-    return FlightOutcome(accuracy, trajectory, start_s, stream.clips, recording)
+    return FlightOutcome(accuracy, tracked.trajectory, tracked.start_s, tracked.clips, recording)
 
 
-async def _take_off(plan: FlightPlan, autopilot: Autopilot, telemetry: Telemetry, note: Announce) -> Vec3:
-    """Get the vehicle into the air unless it is there; its takeoff point (NED, m)."""
-    if telemetry.state is None:
-        note("waiting until the vehicle knows its position")
-    state = await telemetry.next_state(_READY_WITHIN_S)
-    if not await _until(lambda: telemetry.status.landed is not Landed.UNDEFINED):
-        raise FlightError("the vehicle does not tell whether it flies: have it send EXTENDED_SYS_STATE")
-    if telemetry.status.landed is not Landed.ON_GROUND:
-        note("already in the air")
-        await _until(lambda: telemetry.status.home is not None)
-        if telemetry.status.home is None:
-            note("the vehicle tells no home position: the origin of its own map stands in")
-        return np.zeros(3) if telemetry.status.home is None else telemetry.status.home
-    note("arming")
-    await _arm(autopilot, note)
-    note(f"taking off to {plan.takeoff_altitude_m:g} m")
-    await autopilot.takeoff(plan.takeoff_altitude_m)
-    return state.position
+@dataclass(frozen=True, eq=False)
+class _Tracked:
+    """A trajectory that was tracked to its end.
 
-
-async def _arm(autopilot: Autopilot, note: Announce) -> None:
-    """Arm, asking again while the vehicle is still getting ready, and telling why it is not."""
-    give_up_s = clock.now() + _READY_WITHIN_S
-    told = ""
-    while True:
-        try:
-            return await autopilot.arm()
-        except RefusedError as refusal:
-            if clock.now() >= give_up_s:
-                raise
-            if str(refusal) != told:
-                told = str(refusal)
-                note(f"not ready, trying for up to {_READY_WITHIN_S:g} s: {told}")
-        await asyncio.sleep(_ASK_AGAIN_S)
-
-
-async def _until(condition: Callable[[], bool]) -> bool:
-    """Wait a little for what the vehicle tells now and then; whether it did."""
-    give_up_s = clock.now() + _TELLS_WITHIN_S
-    while clock.now() < give_up_s:
-        if condition():
-            return True
-        await asyncio.sleep(_POLL_S)
-    return condition()
-
-
-async def _track(
-    plan: FlightPlan,
-    trajectory: Trajectory,
-    stream: SetpointStream,
-    telemetry: Telemetry,
-    note: Announce,
-    progress: ShowProgress,
-) -> float:
-    """Go to the start, settle there with the strategy active, and follow the trajectory to its end.
-
-    Returns:
-        When the trajectory began (companion clock, s).
+    Attributes:
+        trajectory: NED of the vehicle's origin (m).
+        start_s: when it began, or would have (companion clock, s).
+        from_s: when tracking it began (companion clock, s).
+        clips: how often the guard changed what.
     """
-    state = await telemetry.next_state()
-    approach = Tracker(rest_to_rest(state.position, trajectory.at(0.0).position), clock.now())
-    note("going to the start")
-    stream.follow(approach)
-    await clock.sleep_until(approach.end_s)
-    note("settling")
-    start = trajectory.at(0.0).position
-    stream.follow(Tracker(rest_at(start), clock.now(), plan.law, plan.correction))
-    await _settle(start, plan.settle_s, telemetry)
-    tracker = Tracker(trajectory, clock.now() + _LEAD_S, plan.law, plan.correction)
-    stream.follow(tracker)
-    await clock.sleep_until(tracker.start_s)
-    note(f"tracking {trajectory.name} for {trajectory.duration_s:.1f} s")
-    while (now_s := clock.now()) < tracker.end_s:
-        if telemetry.state is not None:
-            error_m = tracking_error_m(
-                telemetry.state, trajectory.at(telemetry.state.time_s - tracker.start_s)
-            )
-            progress((now_s - tracker.start_s) / trajectory.duration_s, error_m)
-        await clock.sleep_until(min(now_s + _PROGRESS_S, tracker.end_s))
-    await asyncio.sleep(_LAST_TELEMETRY_S)
-    return tracker.start_s
+
+    trajectory: Trajectory
+    start_s: float
+    from_s: float
+    clips: Mapping[Clip, int]
+
+
+@dataclass(frozen=True, eq=False)
+class _Flight:
+    """A flight under way: its phases, in order, as methods."""
+
+    plan: FlightPlan
+    autopilot: Autopilot
+    telemetry: Telemetry
+    recorder: FlightRecorder
+    announce: Announce
+    progress: ShowProgress
+
+    def note(self, text: str) -> None:
+        """A phase begins, or something is worth telling."""
+        self.recorder.event(clock.now(), text)
+        self.announce(text)
+
+    async def run(self) -> _Tracked:
+        """From wherever the vehicle is to the end of the trajectory, and into a hold."""
+        timeout_s = await self.autopilot.setpoint_timeout_s()
+        home = await self._into_the_air()
+        state = await self.telemetry.next_state()
+        stream = SetpointStream(
+            self.autopilot,
+            self.telemetry,
+            self.recorder,
+            Tracker(rest_at(state.position), clock.now()),
+            home=home,
+            heading=self.plan.yaw.heading(float(state.attitude[2]), self.plan.period_s),
+            limits=self.plan.limits,
+            period_s=self.plan.period_s,
+            timeout_s=timeout_s,
+        )
+        trajectory = self.plan.trajectory.moved(home)
+        begin = self._join if self.plan.resume else self._begin
+        async with background_tasks() as spawn:
+            spawn(stream.run())
+            await self.autopilot.engage()
+            spawn(_until_taken(self.autopilot))
+            tracker = await begin(trajectory, stream)
+            from_s = clock.now()
+            await self._track(tracker)
+            self.note("holding")
+            await self.autopilot.hold()
+        return _Tracked(trajectory, tracker.start_s, from_s, stream.clips)
+
+    async def hand_back(self) -> None:
+        """As the plan says, after the hold."""
+        match self.plan.after:
+            case After.LAND:
+                self.note("landing")
+                await self.autopilot.land()
+            case After.RETURN:
+                self.note("returning to where it took off")
+                await self.autopilot.return_home()
+
+    async def leave_in_a_hold(self) -> None:
+        """Leave a vehicle that may be flying in a hold, if it still listens to us."""
+        if not self.telemetry.status.armed:
+            return
+        self.note("telling the vehicle to hold")
+        try:
+            async with asyncio.timeout(_HAND_OVER_S):
+                await self.autopilot.hold()
+            self.note("the vehicle holds")
+        except (ImpromptuError, TimeoutError) as error:
+            self.note(f"could not be told to hold ({error}): without setpoints its own failsafe acts")
+
+    async def _into_the_air(self) -> Vec3:
+        """The vehicle's takeoff point (NED, m)."""
+        if not await is_flying(self.telemetry, self.note):
+            if self.plan.resume:
+                raise FlightError("the vehicle is on the ground, so there is nothing to resume: fly anew")
+            return await take_off(self.autopilot, self.telemetry, self.plan.takeoff_altitude_m, self.note)
+        action = "resuming where it is" if self.plan.resume else "going to the start from there"
+        self.note(f"already in the air, in {self.autopilot.mode}: {action}")
+        return await home_of(self.telemetry, self.note)
+
+    async def _begin(self, trajectory: Trajectory, stream: SetpointStream) -> Tracker:
+        """Go to the start and settle there, the strategy active; what tracks the trajectory from now on."""
+        state = await self.telemetry.next_state()
+        start = trajectory.at(0.0).position
+        approach = Tracker(rest_to_rest(state.position, start), clock.now())
+        self.note("going to the start")
+        stream.follow(approach)
+        await clock.sleep_until(approach.end_s)
+        self.note("settling")
+        stream.follow(self._tracker(rest_at(start), clock.now()))
+        await _settle(start, self.plan.settle_s, self.telemetry)
+        tracker = self._tracker(trajectory, clock.now() + _LEAD_S)
+        stream.follow(tracker)
+        await clock.sleep_until(tracker.start_s)
+        return tracker
+
+    async def _join(self, trajectory: Trajectory, stream: SetpointStream) -> Tracker:
+        """Speed up onto the trajectory where it is nearest; what tracks it from now on."""
+        state = await self.telemetry.next_state()
+        way, joins_s = joining(state.position, trajectory)
+        self.note(f"resuming {trajectory.name} at {joins_s:.1f} s")
+        joining_tracker = self._tracker(way, clock.now())
+        stream.follow(joining_tracker)
+        await clock.sleep_until(joining_tracker.end_s)
+        tracker = self._tracker(trajectory, joining_tracker.end_s - joins_s)
+        stream.follow(tracker)
+        return tracker
+
+    def _tracker(self, trajectory: Trajectory, start_s: float) -> Tracker:
+        return Tracker(trajectory, start_s, self.plan.law, self.plan.correction)
+
+    async def _track(self, tracker: Tracker) -> None:
+        """Tell how far the vehicle is, until the trajectory and its last telemetry are over."""
+        trajectory = tracker.trajectory
+        self.note(f"tracking {trajectory.name} for {tracker.end_s - clock.now():.1f} s")
+        while (now_s := clock.now()) < tracker.end_s:
+            state = self.telemetry.state
+            if state is not None:
+                error_m = tracking_error_m(state, trajectory.at(state.time_s - tracker.start_s))
+                self.progress((now_s - tracker.start_s) / trajectory.duration_s, error_m)
+            await clock.sleep_until(min(now_s + _PROGRESS_S, tracker.end_s))
+        await asyncio.sleep(_LAST_TELEMETRY_S)
 
 
 async def _settle(start: Vec3, at_least_s: float, telemetry: Telemetry) -> None:
@@ -266,16 +303,3 @@ async def _settle(start: Vec3, at_least_s: float, telemetry: Telemetry) -> None:
 async def _until_taken(autopilot: Autopilot) -> None:
     mode = await autopilot.until_taken()
     raise TakenError(f"the vehicle went to {mode} unasked: it was left to whoever did that")
-
-
-async def _hand_over(autopilot: Autopilot, telemetry: Telemetry, note: Announce) -> None:
-    """Leave a vehicle that may be flying in a hold, if it still listens to us."""
-    if not telemetry.status.armed:
-        return
-    note("telling the vehicle to hold")
-    try:
-        async with asyncio.timeout(_HAND_OVER_S):
-            await autopilot.hold()
-        note("the vehicle holds")
-    except (ImpromptuError, TimeoutError) as error:
-        note(f"could not be told to hold ({error}): without setpoints its own failsafe acts")

@@ -53,8 +53,8 @@ class OnlineCorrection:
         self._model = online_model(settings)
         self._confidence = Confidence(settings.caution, settings.memory)
         self._velocity_confidence = Confidence(settings.velocity_caution, settings.memory)
-        self._flown = MotionHistory(2.0 * settings.preview.longest_s + 1.0)
         self._awaiting: deque[_Sent] = deque()
+        self.forget_motion()
         self._previous_u2: Vec3 = np.zeros(3)
 
     def observe(self, state: VehicleState) -> None:
@@ -62,6 +62,11 @@ class OnlineCorrection:
         self._flown.append(state)
         while self._awaiting and self._awaiting[0].time_s + self.settings.preview.longest_s <= state.time_s:
             self._learn(self._awaiting.popleft())
+
+    def forget_motion(self) -> None:
+        """Begin a new history, across whose beginning nothing is learned; what was learned stays."""
+        self._flown = MotionHistory(2.0 * self.settings.preview.longest_s + 1.0)
+        self._awaiting.clear()
 
     def correct(
         self, u1: Reference, trajectory: DesiredMotion, time_s: float, state: VehicleState

@@ -62,6 +62,11 @@ class Tracker:
         if self._correction is not None:
             self._correction.observe(state)
 
+    def forget_motion(self) -> None:
+        """The vehicle's estimate jumped: what was sent before must not be paired with where it led."""
+        if self._correction is not None:
+            self._correction.forget_motion()
+
     def step(self, state: VehicleState) -> ControlStep:
         """What to send, the vehicle being in `state` (already carried to the present)."""
         time_s = state.time_s - self.start_s

@@ -21,7 +21,7 @@ from tampered_link import (
 
 from companion import clock
 from companion.errors import LinkError, RefusedError, TakenError, TrackingError
-from companion.flight.flight import FlightPlan
+from companion.flight.flight import After, FlightPlan
 from companion.flight.guard import Clip, GuardLimits
 from companion.flight.online_correction import OnlineCorrection, OnlineStep
 from companion.flight.reference import Correction, Reference
@@ -112,7 +112,7 @@ def test_a_pilot_who_takes_the_vehicle_keeps_it(phase: str) -> None:
         link.pilot_switches_to(POSCTL)
 
     after_s = 0.5 if phase == "going" else 2.0
-    plan = FlightPlan(straight(), land=True)
+    plan = FlightPlan(straight(), after=After.LAND)
     _, _, error = fly_with(link, trouble, phase=phase, after_s=after_s, plan=plan)
     assert isinstance(error, TakenError)
     assert "POSCTL" in str(error)

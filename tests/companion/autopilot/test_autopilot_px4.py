@@ -41,8 +41,10 @@ def test_modes_have_their_names(custom_mode: int, name: str) -> None:
 async def test_arm_returns_when_the_vehicle_is_armed(vehicle: FakePx4, px4: Px4) -> None:
     await px4.arm()
     assert vehicle.armed
+    assert vehicle.mode == LOITER
+    asked = len(vehicle.commands)
     await px4.arm()
-    assert len(vehicle.commands) == 1
+    assert len(vehicle.commands) == asked
 
 
 @with_px4
@@ -55,14 +57,14 @@ async def test_a_vehicle_that_refuses_to_arm_says_why(vehicle: FakePx4, px4: Px4
 @with_px4
 async def test_a_vehicle_that_accepts_but_does_not_arm_is_told(vehicle: FakePx4, px4: Px4) -> None:
     vehicle.answers[ARM] = lambda: [accepted(ARM)]
-    with pytest.raises(FlightError, match="it did not arm within 3 s; mode POSCTL"):
+    with pytest.raises(FlightError, match="it did not arm within 3 s; mode AUTO.LOITER"):
         await px4.arm()
 
 
 @with_px4
 async def test_takeoff_asks_for_an_altitude_above_the_sea(vehicle: FakePx4, px4: Px4) -> None:
     await px4.takeoff(2.5)
-    (sent,) = vehicle.commands
+    sent = vehicle.commands[-1]
     assert sent.command == mavlink.MAV_CMD_NAV_TAKEOFF
     assert sent.param7 == pytest.approx(490.5)
     assert math.isnan(sent.param4)
