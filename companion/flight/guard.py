@@ -84,6 +84,8 @@ class GuardLimits(BaseModel):
     """Beyond this the flight ends in a hold."""
     state_age_s: PositiveFloat = 0.5
     """Older telemetry than this ends the flight in a hold."""
+    max_distance_m: PositiveFloat = 500.0
+    """From the vehicle to any waypoint of a plan: one that leads farther is refused."""
     fence: Fence = Field(default_factory=Fence)
 
 

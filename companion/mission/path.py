@@ -72,6 +72,11 @@ class TrackedPath:
     ending: Ending
     remarks: tuple[str, ...]
 
+    def name(self, waypoint: int) -> str:
+        """What to call a waypoint: by its item, as the plan has it."""
+        item = self.items[waypoint]
+        return "the start" if item is None else f"item {item}"
+
 
 def tracked_path(plan: Plan, site: Site) -> TrackedPath:
     """The path of `plan`, flown from `site`.

@@ -10,7 +10,7 @@ from companion.link.dialect import mavlink
 from companion.link.mission import WireItem, clear_items, download_items, upload_items
 from companion.mission import wire
 from companion.mission.geodesy import Place
-from companion.mission.items import Plan
+from companion.mission.items import Fence, Plan
 
 ShowTransfer: TypeAlias = Callable[[str, int, int], None]
 """Called with what is done (as in "uploading mission"), how many items of it are, and how many there are."""
@@ -66,6 +66,11 @@ async def download_plan(
         home=await vehicle_home(connection),
         firmware=connection.heartbeat.autopilot,
     )
+
+
+async def download_fence(connection: Connection) -> Fence:
+    """The fence that the vehicle has; raises as `download_plan`."""
+    return wire.fence_from_wire(await _download_if_there(connection, _FENCE, lambda what, done, total: None))
 
 
 async def clear_plan(connection: Connection) -> None:
