@@ -1,5 +1,6 @@
 import asyncio
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -158,6 +159,27 @@ async def test_time_is_asked_and_told() -> None:
         state = await telemetry.next_state(1.0)
         assert state.received_s == pytest.approx(sent_s + 0.08)
         assert state.time_s == pytest.approx(sent_s, abs=2e-3)
+
+
+@in_virtual_time
+async def test_others_that_answer_our_questions_do_not_set_our_clock() -> None:
+    vehicle = FakeVehicle()
+    vehicle.script[Command] = lambda message: [mavlink.MAVLink_command_ack_message(message.command, 0)]
+
+    def answer(question: Any) -> list[Message]:
+        for system_id, component_id in ((9, 1), (1, 240), (1, 191)):
+            vehicle.say(Timesync(5, question.ts1), system_id=system_id, component_id=component_id)
+        return [Timesync(question.ts1, question.ts1)] * 2
+
+    vehicle.script[Timesync] = answer
+    async with connect_over(vehicle.open) as connection:
+        telemetry = await start_telemetry(connection)
+        await asyncio.sleep(2.0)
+        sent_s = clock.now()
+        vehicle.say(attitude(round(sent_s * 1e3)))
+        asyncio.get_running_loop().call_later(0.2, vehicle.say, position(round(sent_s * 1e3)))
+        state = await telemetry.next_state(1.0)
+        assert state.age_s(clock.now()) == pytest.approx(0.2, abs=2e-3)
 
 
 @in_virtual_time
