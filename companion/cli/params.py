@@ -50,7 +50,7 @@ def read_vehicle(place: Place, console: Console) -> Found:
     """The parameters of the vehicle at `place`; raises as `connect` and `list_parameters`."""
 
     async def read(connection: Connection, encoding: Encoding) -> Found:
-        with _bar(console, "reading parameters") as show:
+        with progress_bar(console, "reading parameters") as show:
             parameters = await list_parameters(connection, encoding, progress=show)
         return Found(connection.system_id, await identify(connection), parameters)
 
@@ -84,7 +84,7 @@ def read_file(path: Path, console: Console) -> list[FileParameter]:
 
 
 @contextmanager
-def _bar(console: Console, what: str) -> Iterator[Callable[[int, int], None]]:
+def progress_bar(console: Console, what: str) -> Iterator[Callable[[int, int], None]]:
     """Shows how many are done of how many."""
     columns = (TextColumn(what), BarColumn(), MofNCompleteColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:

@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from companion.cli import options
-from companion.cli.params import Place, read_file, read_vehicle, with_vehicle
+from companion.cli.params import Place, progress_bar, read_file, read_vehicle, with_vehicle
 from companion.errors import InputError, RefusedError
 from companion.link import Connection
 from companion.link.parameter import set_parameters
@@ -58,7 +58,7 @@ def push(
         if not (yes or _agreed(len(changes))):
             console.print("nothing was set")
             return
-        refused = _set(replace(place, system_id=found.system_id), changes)
+        refused = _set(replace(place, system_id=found.system_id), changes, console)
         console.print(f"{len(changes) - len(refused)} of {len(changes)} set and verified")
     if json is not None:
         json.write_text(
@@ -75,9 +75,12 @@ def _agreed(count: int) -> bool:
     return typer.confirm(f"Set {count} parameters?")
 
 
-def _set(place: Place, changes: Sequence[Parameter]) -> Mapping[str, str]:
+def _set(place: Place, changes: Sequence[Parameter], console: Console) -> Mapping[str, str]:
     async def work(connection: Connection, encoding: Encoding) -> Mapping[str, str]:
-        return await set_parameters(connection, changes, encoding)
+        with progress_bar(console, "setting parameters") as show:
+            return await set_parameters(
+                connection, changes, encoding, progress=lambda done: show(done, len(changes))
+            )
 
     return with_vehicle(place, work)
 

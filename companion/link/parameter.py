@@ -3,6 +3,7 @@
 import math
 import struct
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 
 from companion.errors import NoReplyError
 from companion.link.connection import Connection
@@ -90,7 +91,7 @@ async def set_parameters(
         connection: to the vehicle.
         wanted: names, values and types; the types must be the vehicle's own.
         encoding: the vehicle's.
-        progress: told how many are set and verified.
+        progress: told how many the vehicle has answered, and at last how many it has taken.
 
     Returns:
         What the vehicle did not take, by name, with the reason in words.
@@ -98,7 +99,8 @@ async def set_parameters(
     left = {parameter.name: parameter for parameter in wanted}
     total, reasons = len(left), dict[str, str]()
     for _ in range(_ROUNDS):
-        reasons = await _send_settings(connection, left, encoding)
+        count = partial(_count_on, progress, total - len(left))
+        reasons = await _send_settings(connection, left, encoding, count)
         kept = await read_parameters(connection, left, encoding)
         for name, parameter in list(left.items()):
             if name in kept and same_value(kept[name].value, parameter.value):
@@ -129,7 +131,10 @@ def parameter_in(message: mavlink.MAVLink_param_value_message, encoding: Encodin
 
 
 async def _send_settings(
-    connection: Connection, wanted: Mapping[str, Parameter], encoding: Encoding
+    connection: Connection,
+    wanted: Mapping[str, Parameter],
+    encoding: Encoding,
+    progress: Callable[[int], None],
 ) -> dict[str, str]:
     """Send each until something comes back for it; the errors that came back, by name."""
     errors: dict[str, str] = {}
@@ -143,6 +148,10 @@ async def _send_settings(
 
     exchange = Exchange(wanted, ask)
 
+    def take(message: mavlink.MAVLink_param_value_message) -> None:
+        exchange.answered(message.param_id)
+        progress(len(wanted) - len(exchange.unanswered))
+
     def refuse(message: mavlink.MAVLink_param_error_message) -> None:
         entry = mavlink.enums["MAV_PARAM_ERROR"].get(message.error)
         name = entry.name.removeprefix("MAV_PARAM_ERROR_") if entry else f"error {message.error}"
@@ -151,9 +160,7 @@ async def _send_settings(
         exchange.answered(message.param_id)
 
     unsubscribe = (
-        connection.subscribe(
-            mavlink.MAVLink_param_value_message, lambda message: exchange.answered(message.param_id)
-        ),
+        connection.subscribe(mavlink.MAVLink_param_value_message, take),
         connection.subscribe(mavlink.MAVLink_param_error_message, refuse),
     )
     try:
@@ -162,6 +169,10 @@ async def _send_settings(
         for end in unsubscribe:
             end()
     return errors
+
+
+def _count_on(progress: Callable[[int], None], already: int, done: int) -> None:
+    progress(already + done)
 
 
 def _read_request(connection: Connection, name: str) -> Message:

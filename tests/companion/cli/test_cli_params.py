@@ -1,3 +1,4 @@
+import io
 import json
 from pathlib import Path
 
@@ -49,10 +50,16 @@ def test_parameters_are_pulled_compared_and_pushed(
     told_change = {"name": name, "before": value, "after": value + 1, "refused": None}
     assert json.loads(result.read_text()) == {"dry_run": True, "changes": [told_change]}
 
+    ran = companion("params", "push", file, "--connect", url, "--yes", "--json", result)
+    assert ran.status == 0, ran.err
+    assert "1 of 1 set and verified" in ran.out
+    assert json.loads(result.read_text()) == {"dry_run": False, "changes": [told_change]}
+
 
 def test_nothing_is_set_where_nobody_agrees(
     companion: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr("sys.stdin", io.StringIO())
     file = tmp_path / "mine.params"
     file.write_text("MPC_XY_VEL_MAX 10\n")
     ran = companion("params", "push", file, "--connect", "sitl://bebop2")
