@@ -24,6 +24,13 @@ BENCHMARKS = {
     "quadrotor": "The paper's flights: one quadrotor's inverse network steers another.",
     "fidelity": "Recordings of real vehicles against their simulated twins.",
 }
+MISSION = {
+    "upload": "Upload a plan, and read it back.",
+    "download": "Write a vehicle's plan to a file.",
+    "validate": "Say what would keep a plan from being flown.",
+    "start": "Have a vehicle fly its mission.",
+    "clear": "Delete a vehicle's mission, fence and rally points.",
+}
 PARAMS = {
     "pull": "Write a vehicle's parameters to a file.",
     "push": "Set a vehicle's parameters from a file, and verify each.",
@@ -53,6 +60,13 @@ params = typer.Typer(
     no_args_is_help=True,
 )
 app.add_typer(params)
+mission = typer.Typer(
+    name="mission",
+    help="Plans: to a vehicle, from a vehicle, checked, flown by its autopilot.",
+    cls=lazy_group("companion.cli.mission_", MISSION),
+    no_args_is_help=True,
+)
+app.add_typer(mission)
 
 
 def _show_version(wanted: bool) -> None:
@@ -74,6 +88,11 @@ def _root(
 @bench.callback()
 def _bench() -> None:
     """Benchmarks."""
+
+
+@mission.callback()
+def _mission() -> None:
+    """Plans."""
 
 
 @params.callback()
