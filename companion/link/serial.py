@@ -1,8 +1,10 @@
 """Serial ports, such as a flight controller's TELEM2."""
 
 import asyncio
+from functools import partial
 from typing import cast
 
+import serial  # type: ignore[import-untyped]
 import serial_asyncio_fast
 
 from companion.link.address import Serial
@@ -19,11 +21,11 @@ async def open_serial(address: Serial, receiver: Receiver) -> StreamTransport:
     """
     what = f"serial port {address.path}"
     with explained(what):
-        _, stream = await serial_asyncio_fast.create_serial_connection(
-            asyncio.get_running_loop(),
-            lambda: StreamTransport(receiver, what),
-            address.path,
-            baudrate=address.baud_rate,
-            exclusive=True,
+        # Some USB adapters take seconds to open, and a flight that gets its cable back has no second to lose.
+        port = await asyncio.to_thread(
+            partial(serial.Serial, address.path, baudrate=address.baud_rate, exclusive=True)
+        )
+        _, stream = await serial_asyncio_fast.connection_for_serial(
+            asyncio.get_running_loop(), lambda: StreamTransport(receiver, what), port
         )
     return cast(StreamTransport, stream)
