@@ -48,6 +48,8 @@ _NAMES = {
 }
 _MODES_TO_ARM_IN = frozenset((Mode.STABILIZE, Mode.HOLD, Mode.OFFBOARD))
 _BATTERY_ACTIONS = {0: None, 1: Mode.LAND, 2: Mode.RTL}
+_GO_ON_IN_GUIDED = 1 << 2
+"""Bit of FS_OPTIONS."""
 
 _HOVER_LEARNING_S = 10.0
 _HOVERING_M_S = 0.6
@@ -69,6 +71,8 @@ class ArduPilot:
         self._failsafe = False
         self._time_s = 0.0
         self._low_battery_s = 0.0
+        self._ground_heard_s: float | None = None
+        self._terminated = False
         self._climbs_to: float | None = None
         self._setpoint_at_s: float | None = None
         self._resets = int(estimator.resets[0])
@@ -208,6 +212,24 @@ class ArduPilot:
             self._disarm()
         return Result.ACCEPTED
 
+    def terminate(self) -> Result:
+        """Stop the rotors until the next boot."""
+        self._terminated = True
+        if self._armed:
+            self._say(Severity.CRITICAL, "Terminated: disarming")
+            self._disarm()
+        return Result.ACCEPTED
+
+    def hear_ground_station(self, system_id: int) -> None:
+        """Only the ground station of SYSID_MYGCS counts."""
+        if system_id == self._parameters.SYSID_MYGCS:
+            self._ground_heard_s = self._time_s
+
+    def turn(self, yaw: float) -> Result:
+        """Turn to a heading (rad) while the path stays."""
+        self._guidance.turn(yaw)
+        return Result.ACCEPTED
+
     def set_mode(self, mode: Mode) -> Result:
         """Change the mode, unless its conditions are not met; the reason is a status text."""
         reason = self._reason_not_to_enter(mode)
@@ -312,6 +334,7 @@ class ArduPilot:
         self._follow_resets()
         if self._armed:
             self._watch_battery()
+            self._watch_ground_link()
             self._watch_ground()
             self._watch_fence()
             self._navigator.update(self._mode, self._time_s, landed=not self._in_flight)
@@ -398,6 +421,20 @@ class ArduPilot:
             self._failsafe = True
             self._say(Severity.CRITICAL, f"Battery Failsafe, mode {_NAMES[action]}")
 
+    def _watch_ground_link(self) -> None:
+        """FS_GCS_ENABLE, once a ground station has been heard at all."""
+        p, heard_s = self._parameters, self._ground_heard_s
+        if not p.FS_GCS_ENABLE or heard_s is None or self._time_s - heard_s <= p.FS_GCS_TIMEOUT:
+            return
+        self._ground_heard_s = None
+        self._say(Severity.WARNING, "GCS Failsafe")
+        goes_on = self._mode is Mode.OFFBOARD and p.FS_OPTIONS & _GO_ON_IN_GUIDED
+        if not self._in_flight:
+            self._disarm()
+        elif not goes_on and self._mode is not Mode.LAND:
+            self._enter(Mode.LAND if p.FS_GCS_ENABLE == 5 else Mode.RTL)
+            self._failsafe = True
+
     def _follow_resets(self) -> None:
         """Let the path jump along with the estimate, so that the vehicle does not."""
         if self._estimator.resets[0] != self._resets:
@@ -438,6 +475,8 @@ class ArduPilot:
         return None if self._position_ok else "requires position"
 
     def _reason_not_to_arm(self) -> str | None:
+        if self._terminated:
+            return "Terminated"
         auto_arms = self._mode is Mode.MISSION and self._parameters.AUTO_OPTIONS & 1
         if self._mode not in _MODES_TO_ARM_IN and not auto_arms:
             return f"{_NAMES[self._mode]} mode not armable"

@@ -115,6 +115,10 @@ class Guidance:
         self._aim(Follow.TRAJECTORY, Follow.TRAJECTORY, position, velocity, acceleration)
         self.target.heading[:] = math.nan
 
+    def turn(self, yaw: float) -> None:
+        """Turn to a heading (rad); the target stays."""
+        self.target.heading[:] = yaw, 0.0
+
     def next_leg(self) -> None:
         """Turn to the next place once the path is at one."""
         if len(self._legs) > 1 and float(np.linalg.norm(self._path.position - self._legs[0])) < _ARRIVED_M:

@@ -18,16 +18,17 @@ _OFF = float("nan")
 
 
 class Mode(Enum):
-    """Flight modes, by their PX4 names; STABILIZE and BRAKE are ArduPilot's."""
+    """Flight modes, by their PX4 names; BRAKE is ArduPilot's, STABILIZE both have."""
 
     POSCTL = auto()
+    ALTCTL = auto()
     HOLD = auto()  # AUTO.LOITER
     TAKEOFF = auto()
     LAND = auto()
     RTL = auto()
     MISSION = auto()
     OFFBOARD = auto()
-    STABILIZE = auto()  # in which it boots
+    STABILIZE = auto()  # in which ArduPilot boots
     BRAKE = auto()  # a hold without pilot
 
 
@@ -225,6 +226,18 @@ class Autopilot(Protocol):
 
     def set_mode(self, mode: Mode) -> Result:
         """Change the mode, unless its conditions are not met."""
+        ...
+
+    def terminate(self) -> Result:
+        """Stop the rotors, in the air too, for good (MAV_CMD_DO_FLIGHTTERMINATION)."""
+        ...
+
+    def hear_ground_station(self, system_id: int) -> None:
+        """A heartbeat of a ground station came now."""
+        ...
+
+    def turn(self, yaw: float) -> Result:
+        """Turn to a heading (rad) while the path stays (MAV_CMD_CONDITION_YAW)."""
         ...
 
     def takeoff(self, altitude_m: float | None = None) -> Result:

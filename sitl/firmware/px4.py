@@ -26,6 +26,7 @@ from sitl.firmware.interface import (
     StatusText,
 )
 from sitl.firmware.px4_control import Control
+from sitl.firmware.px4_failsafes import OFFBOARD_LOST, Action, GroundLink, Stop
 from sitl.firmware.px4_guidance import Guidance
 from sitl.firmware.px4_navigator import Navigator
 from sitl.firmware.px4_parameters import Px4Parameters
@@ -35,7 +36,7 @@ from sitl.plan.plans import Plans
 from sitl.plant import STEPS_PER_TICK, TICK_S, Plant, TickNoise
 from sitl.vehicle import Vehicle
 
-_MODE_WHEN_OFFBOARD_IS_LOST = {0: Mode.POSCTL, 3: Mode.RTL, 4: Mode.LAND, 5: Mode.HOLD}
+_PILOTED = frozenset((Mode.ALTCTL, Mode.STABILIZE))
 _MODES_TO_ARM_IN = frozenset((Mode.POSCTL, Mode.HOLD, Mode.TAKEOFF, Mode.MISSION, Mode.OFFBOARD))
 
 
@@ -59,6 +60,9 @@ class Px4:
         self._offboard = Setpoint()
         self._offboard_at_s = -math.inf
         self._offboard_interrupted = False
+        self._ground_link = GroundLink()
+        self._link_failsafe = False
+        self._terminated = False
         self._resets = 0
         self._battery_warnings = 0
 
@@ -124,7 +128,7 @@ class Px4:
     @property
     def failsafe(self) -> bool:
         """Whether a failsafe chose the present mode."""
-        return self._offboard_interrupted or self._battery_warnings > 1
+        return self._offboard_interrupted or self._link_failsafe or self._battery_warnings > 1
 
     @property
     def battery(self) -> Battery:
@@ -194,17 +198,37 @@ class Px4:
             self._disarm("Disarmed by external command")
         return Result.ACCEPTED
 
+    def terminate(self) -> Result:
+        """Stop the rotors until the next boot."""
+        if not self._armed:
+            return Result.DENIED
+        self._terminated = True
+        self._disarm("Flight termination active")
+        return Result.ACCEPTED
+
+    def hear_ground_station(self, system_id: int) -> None:
+        """Any ground station keeps the link alive."""
+        self._ground_link.hear(self._time_s)
+
+    def turn(self, yaw: float) -> Result:
+        """Turn to a heading (rad) while the path stays."""
+        self._guidance.turn(yaw)
+        return Result.ACCEPTED
+
     def set_mode(self, mode: Mode) -> Result:
         """Change the mode, unless its conditions are not met; the reason is a status text."""
         if mode is Mode.TAKEOFF:
             return self.takeoff()
+        if mode in _PILOTED:
+            self._say(Severity.CRITICAL, f"Switching to mode {mode.name} denied: no manual control")
+            return Result.TEMPORARILY_REJECTED
         if mode is Mode.OFFBOARD and not self._offboard_is_alive():
             self._say(Severity.CRITICAL, "Switching to mode OFFBOARD denied: no offboard setpoints")
             return Result.TEMPORARILY_REJECTED
         if mode is Mode.MISSION and self._navigator.refusal is not None:
             self._say(Severity.CRITICAL, f"Switching to mode MISSION denied: {self._navigator.refusal}")
             return Result.TEMPORARILY_REJECTED
-        self._offboard_interrupted = False
+        self._choose()
         if mode is not self._mode:
             self._enter(mode)
         return Result.ACCEPTED
@@ -239,7 +263,7 @@ class Px4:
         if not climb > 0.0:
             self._say(Severity.CRITICAL, "Takeoff denied: altitude must be above the vehicle")
             return Result.DENIED
-        self._offboard_interrupted = False
+        self._choose()
         self._mode = Mode.TAKEOFF
         self._guidance.follow([self._estimator.position - np.array((0.0, 0.0, climb))])
         return Result.ACCEPTED
@@ -249,7 +273,7 @@ class Px4:
         if self.on_ground:
             self._say(Severity.CRITICAL, "Reposition denied: not flying")
             return Result.TEMPORARILY_REJECTED
-        self._offboard_interrupted = False
+        self._choose()
         self._enter(Mode.HOLD)
         target = np.where(np.isfinite(position), position, self._guidance.target)
         self._guidance.follow([target], yaw=yaw)
@@ -283,6 +307,7 @@ class Px4:
         self._watch_resets()
         if self._armed:
             self._watch_offboard()
+            self._watch_ground_link()
             self._watch_battery()
             self._navigate()
         p, takeoff = self._parameters, self._control.takeoff
@@ -369,7 +394,7 @@ class Px4:
 
     def _disarm(self, text: str) -> None:
         self._armed = False
-        self._offboard_interrupted = False
+        self._offboard_interrupted = self._link_failsafe = False
         self._say(Severity.INFO, text)
         if self._mode not in _MODES_TO_ARM_IN or self._mode is Mode.TAKEOFF:
             self._enter(Mode.HOLD)
@@ -378,13 +403,33 @@ class Px4:
         """Loss of the setpoints, and their return while nobody has chosen another mode since."""
         alive = self._offboard_is_alive()
         if self._mode is Mode.OFFBOARD and not alive:
-            self._enter(_MODE_WHEN_OFFBOARD_IS_LOST[self._parameters.COM_OBL_RC_ACT])
             self._offboard_interrupted = True
-            self._say(Severity.WARNING, f"Failsafe: offboard setpoints lost, mode {self._mode.name}")
+            self._act(OFFBOARD_LOST[self._parameters.COM_OBL_RC_ACT], "offboard setpoints lost")
         elif self._offboard_interrupted and alive:
             self._offboard_interrupted = False
             self._enter(Mode.OFFBOARD)
             self._say(Severity.INFO, "Offboard setpoints regained")
+
+    def _watch_ground_link(self) -> None:
+        action = self._ground_link.update(self._parameters, self._mode, self._time_s)
+        if action is not None and not self.on_ground:
+            self._link_failsafe = True
+            self._act(action, "connection to ground station lost")
+
+    def _act(self, action: Action, reason: str) -> None:
+        """Do what a failsafe asks for, and say why."""
+        self._say(Severity.WARNING, f"Failsafe: {reason}, {action.name}")
+        if action is Stop.TERMINATE:
+            self.terminate()
+        elif action is Stop.DISARM:
+            self._disarm("Disarmed by failsafe")
+        elif action is not self._mode:
+            self._enter(action)
+
+    def _choose(self) -> None:
+        """Somebody chooses a mode: no failsafe changes it back."""
+        self._offboard_interrupted = self._link_failsafe = False
+        self._ground_link.dismiss()
 
     def _watch_battery(self) -> None:
         """Warn when low; return when critical, land when nearly empty (COM_LOW_BAT_ACT 3)."""
@@ -423,6 +468,10 @@ class Px4:
         return age_s < self._parameters.COM_OF_LOSS_T and bool(np.isfinite(self._estimator.position).all())
 
     def _reason_not_to_arm(self) -> str | None:
+        if self._terminated:
+            return "flight termination active"
+        if self._ground_link.is_lost(self._parameters, self._time_s):
+            return "no connection to the ground control station"
         if not np.isfinite(self._estimator.position).all():
             return "no valid position estimate"
         if self._pack.state[0] < self._parameters.BAT_LOW_THR:

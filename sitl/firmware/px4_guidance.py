@@ -89,6 +89,10 @@ class Guidance:
         elif math.hypot(north, east) > _FAR_ENOUGH_TO_LOOK_M:
             self._target_yaw = math.atan2(east, north)
 
+    def turn(self, yaw: float) -> None:
+        """Turn to a heading (rad); the targets stay."""
+        self._target_yaw = yaw
+
     def land_at(self, place: Vec3) -> None:
         """Fly over a place at the present height, and descend there."""
         here = self._path.position

@@ -69,13 +69,11 @@ class Navigator:
         self._next = None
         if mode is not Mode.MISSION:
             self._guidance.speed = None
-        if mode in (Mode.HOLD, Mode.POSCTL):
-            self._guidance.hold()
-        elif mode is Mode.LAND:
+        if mode is Mode.LAND:
             self._guidance.land()
         elif mode is Mode.RTL:
             self._return()
-        elif mode is Mode.MISSION:
+        else:
             self._guidance.hold()
 
     def change_speed(self, speed_m_s: float) -> None:

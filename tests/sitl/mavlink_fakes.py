@@ -14,6 +14,7 @@ from sitl.firmware.interface import (
     AttitudeTarget,
     Battery,
     Estimate,
+    FenceStatus,
     Health,
     Landed,
     Mode,
@@ -24,6 +25,8 @@ from sitl.firmware.interface import (
 from sitl.firmware.parameters import Parameters
 from sitl.firmware.px4_parameters import Px4Parameters
 from sitl.mavlink import Delivery, Link, MavlinkVehicle
+from sitl.plan.mission import Mission, MissionRules
+from sitl.plan.plans import Plans
 from sitl.simulation import Simulation
 from sitl.vehicle import Vehicle, load_vehicle
 
@@ -32,6 +35,12 @@ BEBOP2 = load_vehicle("bebop2")
 ARDUCOPTER = load_vehicle("arducopter_sitl")
 BATTERY = Battery(voltage_v=12.0, current_a=3.5, remaining=0.83)
 HEALTHY = Health(sensors_ok=True, position_ok=True, ready_to_arm=True)
+
+
+def empty_plans(first: int = 0) -> Plans:
+    """As on board of PX4; `first` is 1 for ArduPilot, where item 0 is home."""
+    rules = MissionRules(first, waypoint_params=True, reports_every_item=True, climbs_first=True)
+    return Plans(np.zeros(3), Mission(rules, lambda item: None), lambda kind: None)
 
 
 @dataclass
@@ -51,6 +60,8 @@ class FakeFirmware:
     attitude: Any = field(default_factory=lambda: np.array([1.0, 0.0, 0.0, 0.0]))
     resets: int = 0
     setpoints: list[Setpoint] = field(default_factory=list)
+    plans: Plans = field(default_factory=lambda: empty_plans())
+    fence_status: FenceStatus = field(default_factory=FenceStatus)
     calls: list[tuple[Any, ...]] = field(default_factory=list)
     texts: list[StatusText] = field(default_factory=list)
     parameters: Parameters = field(default_factory=Px4Parameters)
@@ -73,6 +84,15 @@ class FakeFirmware:
     def set_parameter(self, name: str, value: float) -> None:
         self.parameters = self.parameters.changed(name, value)
 
+    def start_mission(self, first: int | None = None) -> Result:
+        return self._called("start_mission", first)
+
+    def change_speed(self, speed_m_s: float) -> Result:
+        return self._called("change_speed", speed_m_s)
+
+    def enable_fence(self, *, enabled: bool) -> Result:
+        return self._called("enable_fence", enabled)
+
     def arm(self, *, force: bool = False) -> Result:
         self.armed = self.armed or self.answer is Result.ACCEPTED
         return self._called("arm", force)
@@ -84,6 +104,15 @@ class FakeFirmware:
     def set_mode(self, mode: Mode) -> Result:
         self.mode = mode
         return self._called("set_mode", mode)
+
+    def terminate(self) -> Result:
+        return self._called("terminate")
+
+    def hear_ground_station(self, system_id: int) -> None:
+        self.calls.append(("hear_ground_station", system_id))
+
+    def turn(self, yaw: float) -> Result:
+        return self._called("turn", yaw)
 
     def takeoff(self, altitude_m: float | None = None) -> Result:
         return self._called("takeoff", altitude_m)
