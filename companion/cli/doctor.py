@@ -25,7 +25,7 @@ from companion.link.opening import open_transport
 from companion.link.signing import SigningKey
 from companion.link.signing_state import lasting_signer
 
-_STYLES = {Severity.STOPS: "bold red", Severity.WARNS: "yellow", Severity.FINE: "green"}
+_STYLES = {Severity.FINE: "green", Severity.WARNS: "yellow", Severity.STOPS: "bold red"}
 _NOT_READY = 1
 _CONNECT_S = 3.0
 
@@ -104,8 +104,9 @@ async def _connected(
 
 
 def _table(findings: Sequence[Finding]) -> Table:
+    """The gravest last, where the verdict follows."""
     table = Table("", "what", "seen", "what to do", box=SIMPLE_HEAD)
-    for finding in findings:
+    for finding in sorted(findings, key=lambda each: list(_STYLES).index(each.severity)):
         style = _STYLES[finding.severity]
         table.add_row(
             f"[{style}]{finding.severity}[/]", *map(_plain, (finding.topic, finding.seen, finding.advice))

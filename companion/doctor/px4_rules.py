@@ -65,10 +65,12 @@ def _loss_action(name: str, value: Number, seen: Observation) -> Finding:
 def _rc_exceptions(name: str, value: Number, seen: Observation) -> Finding:
     if int(value) & _IN_OFFBOARD:
         return fine(name, "losing the remote control does not end OFFBOARD")
-    if not seen.health.has_remote_control and (seen.version is None or seen.version < _RC_OPTIONAL):
+    if seen.health.has_remote_control:
+        return fine(name, "losing the remote control ends OFFBOARD, as NAV_RCL_ACT says")
+    if seen.version is None or seen.version < _RC_OPTIONAL:
         told = "no remote control is received, and this PX4 ends OFFBOARD for that"
         return warns(name, told, f"set {name} {int(value) | _IN_OFFBOARD}")
-    return fine(name, "losing the remote control ends OFFBOARD, as NAV_RCL_ACT says")
+    return fine(name, "no remote control is received, and this PX4 does not miss one")
 
 
 def _rc_source(name: str, value: Number, seen: Observation) -> Finding:
