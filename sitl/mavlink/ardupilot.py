@@ -6,11 +6,13 @@ from collections.abc import Mapping
 from pymavlink.dialects.v20 import common as mavlink
 
 from sitl.firmware.interface import Autopilot, Landed, Mode, Result
-from sitl.mavlink import ardupilot_parameters, targets, wellbeing
+from sitl.mavlink import ardupilot_parameters, mission_telemetry, missions, targets, wellbeing
 from sitl.mavlink.commands import COMMANDS, Command, acknowledge, set_mode, whole
 from sitl.mavlink.flavour import Flavour
 from sitl.mavlink.guided_setpoints import read_guided_setpoint
 from sitl.mavlink.links import TELEMETRY
+from sitl.mavlink.mission_commands import ARDUPILOT_COMMANDS
+from sitl.mavlink.mission_wires import ARDUPILOT_MISSIONS
 from sitl.mavlink.session import Session
 from sitl.mavlink.telemetry import WRITERS
 
@@ -22,6 +24,8 @@ _CAPABILITIES = (
     | mavlink.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
     | mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
     | mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2
+    | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_FENCE
+    | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_RALLY
 )
 _RESULTS = {
     Result.ACCEPTED: mavlink.MAV_RESULT_ACCEPTED,
@@ -32,6 +36,7 @@ _RESULTS = {
 
 _CUSTOM_MODES = {
     Mode.STABILIZE: 0,
+    Mode.MISSION: 3,
     Mode.OFFBOARD: 4,
     Mode.HOLD: 5,
     Mode.RTL: 6,
@@ -43,6 +48,8 @@ _STREAMS: Mapping[int, tuple[int, ...]] = {
     mavlink.MAV_DATA_STREAM_EXTENDED_STATUS: (
         mavlink.MAVLINK_MSG_ID_SYS_STATUS,
         mavlink.MAVLINK_MSG_ID_GPS_RAW_INT,
+        mavlink.MAVLINK_MSG_ID_MISSION_CURRENT,
+        mission_telemetry.FENCE_STATUS,
     ),
     mavlink.MAV_DATA_STREAM_POSITION: (
         mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT,
@@ -123,15 +130,18 @@ ARDUPILOT = Flavour(
     version=_VERSION,
     capabilities=_CAPABILITIES,
     links=(TELEMETRY,),
-    mode_names={Mode.OFFBOARD: "GUIDED", Mode.HOLD: "LOITER"},
+    mode_names={Mode.OFFBOARD: "GUIDED", Mode.HOLD: "LOITER", Mode.MISSION: "AUTO"},
     custom_modes=_CUSTOM_MODES,
     modes={number: mode for mode, number in _CUSTOM_MODES.items()},
     base_mode=_base_mode,
     system_status=_system_status,
     results=_RESULTS,
     parameters=ardupilot_parameters.WIRE,
+    missions=ARDUPILOT_MISSIONS,
     writers={
         **WRITERS,
+        mavlink.MAVLINK_MSG_ID_MISSION_CURRENT: mission_telemetry.ardupilot_mission_current,
+        mission_telemetry.FENCE_STATUS: mission_telemetry.fence_status,
         mavlink.MAVLINK_MSG_ID_SYSTEM_TIME: wellbeing.system_time,
         mavlink.MAVLINK_MSG_ID_VIBRATION: wellbeing.vibration,
         mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED: targets.position_target_local_ned,
@@ -141,10 +151,12 @@ ARDUPILOT = Flavour(
     },
     commands={
         **COMMANDS,
+        **ARDUPILOT_COMMANDS,
         mavlink.MAV_CMD_NAV_TAKEOFF: _take_off,
         mavlink.MAV_CMD_DO_SET_MODE: _set_mode,
     },
     handlers={
+        mavlink.MAVLINK_MSG_ID_MISSION_WRITE_PARTIAL_LIST: missions.on_write_partial_list,
         mavlink.MAVLINK_MSG_ID_SET_MODE: _on_set_mode,
         mavlink.MAVLINK_MSG_ID_REQUEST_DATA_STREAM: _on_request_data_stream,
         mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED: _on_setpoint,

@@ -113,7 +113,7 @@ def _enter(mode: Mode) -> Execute:
     return lambda session, command: session.result(session.firmware.set_mode(mode))
 
 
-def local_place(command: Command) -> tuple[float, float, float] | None:
+def local_place(session: Session, command: Command) -> tuple[float, float, float] | None:
     """The command's place in NED (m from home); None when it is none on earth, or its frame not geodetic."""
     place = command.place
     if abs(place.latitude_deg) > 90.0 or abs(place.longitude_deg) > 180.0 or abs(place.altitude_m) > 1e5:
@@ -122,12 +122,12 @@ def local_place(command: Command) -> tuple[float, float, float] | None:
     if command.frame in _ABOVE_SEA:
         return north, east, down
     if command.frame in _ABOVE_HOME:
-        return north, east, down - HOME.altitude_m
+        return north, east, down - HOME.altitude_m + float(session.firmware.plans.home[2])
     return None
 
 
 def _reposition(session: Session, command: Command) -> int:
-    place = local_place(command)
+    place = local_place(session, command)
     if place is None:
         return mavlink.MAV_RESULT_DENIED
     if whole(command.params[1]) != mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE:

@@ -10,6 +10,7 @@ from sitl.mavlink.links import Link
 if TYPE_CHECKING:
     from sitl.mavlink.commands import Command
     from sitl.mavlink.frames import Message
+    from sitl.mavlink.mission_upload import MissionWire
     from sitl.mavlink.parameters import ParameterWire
     from sitl.mavlink.session import Session
     from sitl.mavlink.telemetry import Report
@@ -36,6 +37,7 @@ class Flavour:
         system_status: MAV_STATE of the vehicle.
         results: MAV_RESULT of each answer of the firmware.
         parameters: how it puts parameters into messages.
+        missions: how it conducts plan transfers.
         writers: what writes each message that can be streamed or asked for, by message id.
         commands: what each MAV_CMD does.
         handlers: what is done with messages that not every autopilot takes alike, by message id.
@@ -52,6 +54,7 @@ class Flavour:
     system_status: Callable[[Autopilot], int]
     results: Mapping[Result, int]
     parameters: "ParameterWire"
+    missions: "MissionWire"
     writers: Mapping[int, "Callable[[Report], Message]"]
     commands: Mapping[int, Execute]
     handlers: Mapping[int, Handle]

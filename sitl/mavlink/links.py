@@ -42,6 +42,7 @@ OFFBOARD = Link(
         mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: 5.0,
         mavlink.MAVLINK_MSG_ID_SYS_STATUS: 5.0,
         mavlink.MAVLINK_MSG_ID_PING: 1.0,
+        mavlink.MAVLINK_MSG_ID_MISSION_CURRENT: 1.0,
         mavlink.MAVLINK_MSG_ID_SYSTEM_TIME: 1.0,
         mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS: 1.0,
         mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN: 1.0,
@@ -77,6 +78,7 @@ GROUND_STATION = Link(
         mavlink.MAVLINK_MSG_ID_HOME_POSITION: 0.5,
         mavlink.MAVLINK_MSG_ID_BATTERY_STATUS: 0.5,
         mavlink.MAVLINK_MSG_ID_PING: 0.1,
+        mavlink.MAVLINK_MSG_ID_MISSION_CURRENT: 1.0,
     },
 )
 """For ground stations: MAVLINK_MODE_NORMAL there, with what its simulator's px4-rc.mavlink adds."""

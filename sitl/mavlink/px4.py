@@ -5,7 +5,7 @@ import math
 from pymavlink.dialects.v20 import common as mavlink
 
 from sitl.firmware.interface import Autopilot, Mode, Result, Severity
-from sitl.mavlink import px4_parameters, targets, wellbeing
+from sitl.mavlink import mission_telemetry, px4_parameters, targets, wellbeing
 from sitl.mavlink.commands import (
     COMMANDS,
     Command,
@@ -17,6 +17,8 @@ from sitl.mavlink.commands import (
 )
 from sitl.mavlink.flavour import Flavour
 from sitl.mavlink.links import GROUND_STATION, OFFBOARD
+from sitl.mavlink.mission_commands import PX4_COMMANDS
+from sitl.mavlink.mission_wires import PX4_MISSIONS
 from sitl.mavlink.session import Session
 from sitl.mavlink.setpoints import SetpointRefusedError, read_setpoint
 from sitl.mavlink.telemetry import WRITERS
@@ -30,6 +32,8 @@ _CAPABILITIES = (
     | mavlink.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE
     | mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
     | mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2
+    | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_FENCE
+    | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_RALLY
 )
 _RESULTS = {
     Result.ACCEPTED: mavlink.MAV_RESULT_ACCEPTED,
@@ -48,6 +52,7 @@ _CUSTOM_MODES = {
     Mode.POSCTL: _custom_mode(3, 0),
     Mode.TAKEOFF: _custom_mode(4, 2),
     Mode.HOLD: _custom_mode(4, 3),
+    Mode.MISSION: _custom_mode(4, 4),
     Mode.RTL: _custom_mode(4, 5),
     Mode.LAND: _custom_mode(4, 6),
     Mode.OFFBOARD: _custom_mode(6, 0),
@@ -98,7 +103,7 @@ def _on_set_mode(session: Session, message: mavlink.MAVLink_set_mode_message) ->
 
 def _take_off(session: Session, command: Command) -> int:
     """To an altitude, or to MIS_TAKEOFF_ALT; the place on the map is left to the vehicle, as in PX4."""
-    place = local_place(command)
+    place = local_place(session, command)
     if place is None:
         return mavlink.MAV_RESULT_DENIED
     if math.isnan(command.place.altitude_m):
@@ -130,8 +135,10 @@ PX4 = Flavour(
     system_status=_system_status,
     results=_RESULTS,
     parameters=px4_parameters.WIRE,
+    missions=PX4_MISSIONS,
     writers={
         **WRITERS,
+        mavlink.MAVLINK_MSG_ID_MISSION_CURRENT: mission_telemetry.px4_mission_current,
         mavlink.MAVLINK_MSG_ID_SYSTEM_TIME: wellbeing.system_time,
         mavlink.MAVLINK_MSG_ID_VIBRATION: wellbeing.vibration,
         mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS: wellbeing.estimator_status,
@@ -141,6 +148,7 @@ PX4 = Flavour(
     },
     commands={
         **COMMANDS,
+        **PX4_COMMANDS,
         mavlink.MAV_CMD_NAV_TAKEOFF: _take_off,
         mavlink.MAV_CMD_DO_SET_MODE: _set_mode,
         mavlink.MAV_CMD_SET_MESSAGE_INTERVAL: _set_message_interval,

@@ -10,6 +10,7 @@ from sitl.firmware.interface import Autopilot, Result, Severity
 from sitl.mavlink.flavour import Flavour
 from sitl.mavlink.frames import Message
 from sitl.mavlink.links import Streams
+from sitl.mavlink.mission_upload import Uploads
 from sitl.mavlink.telemetry import Report, report
 
 COMPONENT_ID = mavlink.MAV_COMP_ID_AUTOPILOT1
@@ -27,6 +28,7 @@ class Session:
         flavour: how that speaks.
         streams: what this link carries, and how often.
         send: put a message on this link.
+        uploads: of plans; the same for all links of a vehicle.
         time_s: time since boot (s), of the simulation.
         backlog: parameters that are yet to be sent, with their indices.
     """
@@ -37,6 +39,7 @@ class Session:
     flavour: Flavour
     streams: Streams
     send: Callable[[Message], None]
+    uploads: Uploads
     time_s: float = 0.0
     backlog: deque[tuple[int, str]] = field(default_factory=deque)
     _long_texts: int = 0

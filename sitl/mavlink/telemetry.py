@@ -74,6 +74,11 @@ class Report:
         return math.degrees(self.euler[2]) % 360.0
 
     @property
+    def above_home_m(self) -> float:
+        """Height above home."""
+        return float(self.firmware.plans.home[2]) - self.position[2]
+
+    @property
     def place(self) -> Geodetic:
         """Where the estimate is on the map."""
         return geodetic_from_ned(*self.position)
@@ -245,7 +250,7 @@ def global_position_int(state: Report) -> Message:
         _limited(place.latitude_deg * 1e7, _INT32),
         _limited(place.longitude_deg * 1e7, _INT32),
         _limited(place.altitude_m * 1e3, _INT32),
-        _limited((place.altitude_m - HOME.altitude_m) * 1e3, _INT32),
+        _limited(state.above_home_m * 1e3, _INT32),
         _limited(north * 1e2, _INT16),
         _limited(east * 1e2, _INT16),
         _limited(down * 1e2, _INT16),
@@ -272,15 +277,15 @@ def gps_raw_int(state: Report) -> Message:
 
 def altitude(state: Report) -> Message:
     """ALTITUDE: above the sea and above home."""
-    above_home_m = -state.position[2]
+    above_home_m = state.above_home_m
     return mavlink.MAVLink_altitude_message(
         time_usec=state.time_us,
         altitude_monotonic=state.place.altitude_m,
         altitude_amsl=state.place.altitude_m,
-        altitude_local=above_home_m,
+        altitude_local=-state.position[2],
         altitude_relative=above_home_m,
         altitude_terrain=_NAN,
-        bottom_clearance=above_home_m,
+        bottom_clearance=-state.position[2],
     )
 
 
@@ -299,14 +304,16 @@ def vfr_hud(state: Report) -> Message:
 
 
 def home_position(state: Report) -> Message:
-    """HOME_POSITION: where the vehicle started."""
+    """HOME_POSITION: what altitudes count from, and where a return ends."""
+    north, east, down = state.firmware.plans.home.tolist()
+    home = geodetic_from_ned(north, east, down)
     return mavlink.MAVLink_home_position_message(
-        latitude=round(HOME.latitude_deg * 1e7),
-        longitude=round(HOME.longitude_deg * 1e7),
-        altitude=round(HOME.altitude_m * 1e3),
-        x=0.0,
-        y=0.0,
-        z=0.0,
+        latitude=round(home.latitude_deg * 1e7),
+        longitude=round(home.longitude_deg * 1e7),
+        altitude=round(home.altitude_m * 1e3),
+        x=north,
+        y=east,
+        z=down,
         q=[1.0, 0.0, 0.0, 0.0],
         approach_x=0.0,
         approach_y=0.0,

@@ -9,14 +9,17 @@ from itertools import count
 from pathlib import Path
 from typing import Literal
 
+from pymavlink.dialects.v20 import common as mavlink
+
 from sitl.conditions import load_conditions
 from sitl.firmware.interface import StatusText
-from sitl.mavlink import parameters, services
+from sitl.mavlink import missions, parameters, services
 from sitl.mavlink.ardupilot import ARDUPILOT
 from sitl.mavlink.channel import Channel
 from sitl.mavlink.flavour import Flavour
 from sitl.mavlink.frames import Encoder, Message, decode
 from sitl.mavlink.links import Link, Streams
+from sitl.mavlink.mission_upload import Uploads
 from sitl.mavlink.px4 import PX4
 from sitl.mavlink.session import Session
 from sitl.mavlink.telemetry import report
@@ -75,6 +78,7 @@ class MavlinkVehicle:
         self._order = count()
         self._on_the_way_in: list[tuple[float, int, Session, bytes]] = []
         self._on_the_way_out: list[Delivery] = []
+        self._uploads = Uploads()
         self._sessions = {link: self._open(link) for link in links or self._flavour.links[:1]}
 
     @property
@@ -96,6 +100,7 @@ class MavlinkVehicle:
             flavour=self._flavour,
             streams=Streams(link.rates_hz),
             send=partial(self._send, link, Encoder(self.system_id)),
+            uploads=self._uploads,
         )
 
     def _send(self, link: Link, encoder: Encoder, message: Message) -> None:
@@ -140,10 +145,14 @@ class MavlinkVehicle:
         state = report(firmware, self._flavour, self.system_id, self._rotors, now_s)
         texts = firmware.take_status_texts()
         self.status_texts.extend(texts)
+        reached = firmware.plans.mission.take_reached()
         for session in self._sessions.values():
             session.time_s = now_s
             for text in texts:
                 session.say(text.severity, text.text)
+            for number in reached:
+                session.send(mavlink.MAVLink_mission_item_reached_message(number))
+            missions.keep_time(session)
             parameters.send_backlog(session)
             for message_id in session.streams.take_due(state.time_us):
                 session.send(self._flavour.writers[message_id](state))

@@ -150,6 +150,11 @@ class Mission:
         self._turned = 0.0
         self._bearing = math.nan
 
+    def take_reached(self) -> list[int]:
+        """The numbers of items that were reached since the last call, oldest first."""
+        reached, self.reached = self.reached, []
+        return reached
+
     @property
     def exists(self) -> bool:
         """Whether there is anything to fly."""

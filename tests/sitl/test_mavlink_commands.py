@@ -100,7 +100,7 @@ def test_modes_are_set_by_command_and_by_message(main: int, sub: int, mode: Mode
     assert (acknowledgement.command, firmware.calls) == (mavlink.MAV_CMD_DO_SET_MODE, [("set_mode", mode)])
 
 
-@pytest.mark.parametrize("params", [(1.0, 7.0, 0.0), (1.0, 4.0, 4.0), (0.0, 6.0, 0.0), (NAN, NAN, NAN)])
+@pytest.mark.parametrize("params", [(1.0, 7.0, 0.0), (1.0, 4.0, 9.0), (0.0, 6.0, 0.0), (NAN, NAN, NAN)])
 def test_a_mode_that_there_is_not_is_rejected(params: tuple[float, ...]) -> None:
     result, firmware, _ = commanded(command_long(mavlink.MAV_CMD_DO_SET_MODE, *params))
     assert (result, firmware.calls) == (REJECTED, [])

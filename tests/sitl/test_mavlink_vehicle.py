@@ -161,15 +161,6 @@ def test_pings_to_everyone_are_answered_to_their_sender() -> None:
     assert answers(vehicle, mavlink.MAVLink_ping_message(123, 7, 1, 1)) == []
 
 
-def test_there_is_no_mission() -> None:
-    vehicle, _ = fake_vehicle()
-    (count,) = answers(vehicle, mavlink.MAVLink_mission_request_list_message(1, 1, 2))
-    assert (count.count, count.mission_type, count.target_system) == (0, 2, PEER_SYSTEM)
-    upload = mavlink.MAVLink_mission_count_message(1, 1, 5, 0)
-    clear = mavlink.MAVLink_mission_clear_all_message(1, 1, 0)
-    refused, cleared = answers(vehicle, upload, clear)
-    assert (refused.type, cleared.type) == (mavlink.MAV_MISSION_UNSUPPORTED, mavlink.MAV_MISSION_ACCEPTED)
-
 
 @settings(max_examples=200, deadline=None)
 @given(st.sampled_from(sorted(mavlink.mavlink_map)), st.binary(max_size=255), st.integers(0, 255))
