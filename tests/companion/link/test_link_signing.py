@@ -17,6 +17,7 @@ from companion.link.framing import Frame, FrameSplitter
 from companion.link.signing import LARGEST_STREAMS, LAST_TIMESTAMP, TICKS_PER_S, Rejection, Signer, SigningKey
 from companion.link.signing_key import read_signing_key
 from companion.link.signing_state import lasting_signer, state_file
+from companion.link.transport import Receiver, Transport
 
 KEY = SigningKey(bytes(range(32)))
 OTHER_KEY = SigningKey(bytes(32))
@@ -171,6 +172,35 @@ async def test_a_connection_believes_and_sends_what_is_signed() -> None:
         }
     assert vehicle.frames
     assert [far_end.rejection(sent) for sent in vehicle.frames] == [None] * len(vehicle.frames)
+
+
+@in_virtual_time
+async def test_a_vehicle_whose_clock_is_behind_hears_of_our_time_first() -> None:
+    """As on UDP, where we send nothing before we know whom to answer."""
+    vehicle = FakeVehicle(heartbeats=0)
+    far_end = signer(now=0)
+    answered: list[Signer] = []
+
+    async def open_deaf(receiver: Receiver) -> Transport:
+        transport = await vehicle.open(receiver)
+        send = transport.send
+
+        def send_when_answered(data: bytes) -> None:
+            if answered:
+                far_end.rejection(frame(data))
+                send(data)
+
+        transport.send = send_when_answered  # type: ignore[method-assign]
+        transport.answer_sender = lambda: answered.append(far_end)  # type: ignore[method-assign]
+        return transport
+
+    loop = asyncio.get_running_loop()
+    for second in range(5):
+        loop.call_later(0.5 + second, lambda: vehicle.deliver(far_end.sign(heartbeat().pack(encoder()))))
+    async with connect_over(open_deaf, signer=signer()) as connection:
+        assert connection.signer is not None
+        assert connection.signer.rejected == {Rejection.STALE: 1}
+        assert answered
 
 
 @in_virtual_time
