@@ -15,7 +15,8 @@ from companion.link.dialect import mavlink
 
 _INTERVAL_S = 0.1
 _LAST_ANSWER_S = 0.5
-_FOR_DRIFT = 10
+_FOR_DRIFT_S = 4.0
+"""Over less, jitter of milliseconds looks like drift."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,14 +66,15 @@ def round_trips(asked: int, trips: list[Trip]) -> RoundTrips | None:
     middle_s = 0.5 * (times[:, 0] + times[:, 2])
     fast = duration_s <= np.median(duration_s)
     offset_s = middle_s - times[:, 1]
-    drift = 0.0
-    if np.count_nonzero(fast) >= _FOR_DRIFT:
-        drift = float(np.polyfit(middle_s[fast] - middle_s[0], offset_s[fast] - offset_s[0], 1)[0])
+    drift_ppm = None
+    if np.ptp(middle_s[fast]) >= _FOR_DRIFT_S:
+        slope, _ = np.polyfit(middle_s[fast] - middle_s[0], offset_s[fast] - offset_s[0], 1)
+        drift_ppm = 1e6 * float(slope)
     return RoundTrips(
         asked=asked,
         answered=len(trips),
         median_s=float(np.median(duration_s)),
         p95_s=float(np.percentile(duration_s, 95.0)),
         offset_s=float(offset_s[fast][-1]),
-        drift_ppm=drift * 1e6,
+        drift_ppm=drift_ppm,
     )

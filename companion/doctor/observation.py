@@ -54,7 +54,7 @@ class RoundTrips:
         median_s: round-trip time (s).
         p95_s: 95th percentile of it (s).
         offset_s: companion clock minus vehicle clock (s), at the last answer.
-        drift_ppm: how much faster the companion's clock runs (parts per million).
+        drift_ppm: how much faster the companion's clock runs (parts per million); None if too short.
     """
 
     asked: int
@@ -62,7 +62,7 @@ class RoundTrips:
     median_s: float
     p95_s: float
     offset_s: float
-    drift_ppm: float
+    drift_ppm: float | None
 
 
 @dataclass(frozen=True, slots=True)
