@@ -169,9 +169,9 @@ class _Tracked:
     clips: Mapping[Clip, int]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class _Flight:
-    """A flight under way: its phases, in order, as methods."""
+    """A flight under way, its phases as methods; `found_in` is the mode of a vehicle found flying."""
 
     plan: FlightPlan
     autopilot: Autopilot
@@ -179,6 +179,7 @@ class _Flight:
     recorder: FlightRecorder
     announce: Announce
     progress: ShowProgress
+    found_in: str = ""
 
     def note(self, text: str) -> None:
         """A phase begins, or something is worth telling."""
@@ -225,8 +226,9 @@ class _Flight:
                 await self.autopilot.return_home()
 
     async def leave_in_a_hold(self) -> None:
-        """Leave a vehicle that may be flying in a hold, if it still listens to us."""
-        if not self.telemetry.status.armed:
+        """Leave a vehicle that may be flying in a hold, if it still listens to us and ever did."""
+        as_found = self.autopilot.mode == self.found_in and not self.autopilot.engaged
+        if as_found or not self.telemetry.status.armed:
             return
         self.note("telling the vehicle to hold")
         try:
@@ -242,8 +244,9 @@ class _Flight:
             if self.plan.resume:
                 raise FlightError("the vehicle is on the ground, so there is nothing to resume: fly anew")
             return await take_off(self.autopilot, self.telemetry, self.plan.takeoff_altitude_m, self.note)
+        self.found_in = self.autopilot.mode
         action = "resuming where it is" if self.plan.resume else "going to the start from there"
-        self.note(f"already in the air, in {self.autopilot.mode}: {action}")
+        self.note(f"already in the air, in {self.found_in}: {action}")
         return await home_of(self.telemetry, self.note)
 
     async def _begin(self, trajectory: Trajectory, stream: SetpointStream) -> Tracker:

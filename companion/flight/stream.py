@@ -82,7 +82,7 @@ class SetpointStream:
         Raises:
             TrackingError: the telemetry is too old, the vehicle too far from where it should be, or its
                 estimate jumped too far.
-            GapError: this loop was held up for longer than the vehicle waits for setpoints.
+            GapError: this loop was held up, or the vehicle silent, for longer than it waits for setpoints.
         """
         unsubscribe = self._telemetry.subscribe(self._observe)
         try:
@@ -135,11 +135,11 @@ class SetpointStream:
         newest = self._newest
         if newest is not None and newest.age_s(now_s) <= self._oldest_s:
             return newest.at(now_s)
-        if now_s - self._listening_since_s > self._oldest_s or newest is None:
-            raise TrackingError(
-                f"no telemetry for {self._oldest_s:g} s: check the link and the vehicle's estimator"
-            )
-        return None
+        if newest is not None and now_s - self._listening_since_s <= self._oldest_s:
+            return None
+        silent = f"no telemetry for {self._oldest_s:g} s: check the link and the vehicle's estimator"
+        # A vehicle that may not have heard us for so long either is past its failsafe.
+        raise GapError(silent) if self._oldest_s >= self._timeout_s else TrackingError(silent)
 
     def _require_near(self, state: VehicleState, step: ControlStep) -> None:
         error_m = tracking_error_m(state, step.desired)

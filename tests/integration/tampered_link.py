@@ -62,6 +62,7 @@ class TamperedLink:
         self._receiver = receiver
         self._transport = open_simulated(self._address, self)
         self.firmware = self._transport.vehicle.simulation.firmware
+        self.estimator: Any = self._transport.vehicle.simulation._estimator
         return self
 
     def send(self, data: bytes) -> None:
