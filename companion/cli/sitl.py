@@ -6,6 +6,7 @@ import typer
 from rich.console import Console
 
 from companion import clock
+from companion.cli import options
 from companion.errors import InputError, LinkError
 
 if TYPE_CHECKING:
@@ -24,9 +25,11 @@ def sitl(
     instances: Annotated[int, typer.Option(min=1, max=_MOST_SYSTEMS, help="How many vehicles.")] = 1,
     speed: Annotated[float, typer.Option(min=0.1, max=100.0, help="Simulated seconds a second.")] = 1.0,
     seed: Annotated[int, typer.Option(min=0, help="Of everything random.")] = 0,
+    boot_time: Annotated[float, typer.Option(min=0.0, help="Seconds without a position after a boot.")] = 0.0,
     system_id: Annotated[
         int, typer.Option(min=1, max=_MOST_SYSTEMS, help="MAVLink id of the first; moves the ports.")
     ] = 1,
+    signing_key: options.SigningKeyFile = None,
     host: Annotated[str, typer.Option(help="Machine of the companion and the ground station.")] = "127.0.0.1",
 ) -> None:
     """Serve simulated quadrotors over MAVLink, as the simulators of PX4 and ArduPilot do.
@@ -59,6 +62,7 @@ def sitl(
             open_vehicle(vehicle, conditions, autopilot=flies).advance(TICK_S)  # compiles what is not yet
     except ConfigError as error:
         raise InputError(str(error)) from error
+    key = options.signing_key(signing_key)
     fleet = []
     for number in range(instances):
         endpoints = ENDPOINTS[flies](system_id + number, host)
@@ -70,6 +74,8 @@ def sitl(
             links=[endpoint.link for endpoint in endpoints],
             autopilot=flies,
             start=(0.0, number * _APART_M),
+            boot_time_s=boot_time,
+            signing_key=None if key is None else key.secret,
         )
         fleet.append(Served(flying, endpoints))
         typer.echo(_introduced(fleet[-1]))

@@ -1,5 +1,7 @@
 """MAVLink frames cut out of datagrams and checked; pymavlink knows the messages."""
 
+from typing import Protocol
+
 from pymavlink.dialects.v20 import common as mavlink
 
 Message = mavlink.MAVLink_message
@@ -70,14 +72,37 @@ def _message_in(frame: bytes) -> Message | None:
     return None if isinstance(message, mavlink.MAVLink_unknown) else message
 
 
-class Encoder:
-    """Turns the messages of one component into MAVLink 2 frames, numbered in sequence on one link."""
+class Signatures(Protocol):
+    """What signatures need; `sitl.mavlink.signing` has it."""
 
-    def __init__(self, system_id: int) -> None:
+    key: bytes
+
+    def next_timestamp(self) -> int:
+        """That of the next frame to be signed (10 µs since 2015)."""
+        ...
+
+
+class Encoder:
+    """Turns the messages of one component into MAVLink 2 frames, numbered in sequence on one link.
+
+    Args:
+        system_id: of the vehicle.
+        link_id: of the link, for signatures.
+        signatures: what they are made with; without it, frames are not signed.
+    """
+
+    def __init__(self, system_id: int, link_id: int = 0, signatures: Signatures | None = None) -> None:
         self._protocol = mavlink.MAVLink(None, system_id, mavlink.MAV_COMP_ID_AUTOPILOT1)
+        self._signatures = signatures
+        if signatures is not None:
+            self._protocol.signing.secret_key = signatures.key
+            self._protocol.signing.sign_outgoing = True
+            self._protocol.signing.link_id = link_id
 
     def encode(self, message: Message) -> bytes:
         """The next frame."""
+        if self._signatures is not None:
+            self._protocol.signing.timestamp = self._signatures.next_timestamp()
         frame = message.pack(self._protocol)
         self._protocol.seq = (self._protocol.seq + 1) % 256
         return frame

@@ -22,7 +22,8 @@ from sitl.mavlink.links import Link, Streams
 from sitl.mavlink.mission_upload import Uploads
 from sitl.mavlink.px4 import PX4
 from sitl.mavlink.session import Session
-from sitl.mavlink.telemetry import report
+from sitl.mavlink.signing import Signing
+from sitl.mavlink.telemetry import report, written
 from sitl.plant import TICK_S
 from sitl.simulation import Simulation
 from sitl.vehicle import load_vehicle
@@ -47,10 +48,16 @@ class MavlinkVehicle:
         simulation: the vehicle itself; from now on time moves only in `advance`.
         system_id: MAVLink id of the vehicle (1 to 255).
         links: the links that there are; the first of its firmware's unless given.
+        signing_key: 32 bytes with which all frames are signed; others are not believed. None for no signing.
     """
 
     def __init__(
-        self, simulation: Simulation, *, system_id: int = 1, links: Sequence[Link] | None = None
+        self,
+        simulation: Simulation,
+        *,
+        system_id: int = 1,
+        links: Sequence[Link] | None = None,
+        signing_key: bytes | None = None,
     ) -> None:
         self.simulation = simulation
         self._flavour = _FLAVOURS[simulation.vehicle.firmware]
@@ -78,8 +85,13 @@ class MavlinkVehicle:
         self._order = count()
         self._on_the_way_in: list[tuple[float, int, Session, bytes]] = []
         self._on_the_way_out: list[Delivery] = []
+        self._booted_s = 0.0
+        self._reboots = False
         self._uploads = Uploads()
-        self._sessions = {link: self._open(link) for link in links or self._flavour.links[:1]}
+        self._signing = Signing(signing_key) if signing_key else None
+        self._sessions = {
+            link: self._open(link, link_id) for link_id, link in enumerate(links or self._flavour.links[:1])
+        }
 
     @property
     def links(self) -> Sequence[Link]:
@@ -92,16 +104,31 @@ class MavlinkVehicle:
         mode = self.simulation.firmware.mode
         return self._flavour.mode_names.get(mode, mode.name)
 
-    def _open(self, link: Link) -> Session:
+    def _open(self, link: Link, link_id: int) -> Session:
         return Session(
             system_id=self.system_id,
             rotors=self._rotors,
             firmware=self.simulation.firmware,
             flavour=self._flavour,
             streams=Streams(link.rates_hz),
-            send=partial(self._send, link, Encoder(self.system_id)),
+            send=partial(self._send, link, Encoder(self.system_id, link_id, self._signing)),
             uploads=self._uploads,
         )
+
+    def reboot(self) -> None:
+        """Start the autopilot anew, now, in flight too: disarmed, with its parameters and plans.
+
+        Its clock begins at 0, its links carry their default streams, what was on the way to it is lost.
+        """
+        self._reboots = False
+        self.simulation.reboot()
+        self._booted_s = self.simulation.time_s
+        self._on_the_way_in.clear()
+        self._uploads = Uploads()
+        self._sessions = {link: self._open(link) for link in self._sessions}
+
+    def _reboot_soon(self) -> None:
+        self._reboots = True
 
     def _send(self, link: Link, encoder: Encoder, message: Message) -> None:
         frame = encoder.encode(message)
@@ -137,11 +164,12 @@ class MavlinkVehicle:
             *_, session, data = heapq.heappop(self._on_the_way_in)
             session.time_s = now_s
             for message in decode(data):
-                services.handle(session, message)
+                if self._signing is None or self._signing.believes(message):
+                    services.handle(session, message)
 
     def _tell(self) -> None:
         """Send on every link what is due."""
-        firmware, now_s = self.simulation.firmware, self.simulation.time_s
+        firmware, now_s = self.simulation.firmware, self.simulation.time_s - self._booted_s
         state = report(firmware, self._flavour, self.system_id, self._rotors, now_s)
         texts = firmware.take_status_texts()
         self.status_texts.extend(texts)
@@ -155,7 +183,9 @@ class MavlinkVehicle:
             missions.keep_time(session)
             parameters.send_backlog(session)
             for message_id in session.streams.take_due(state.time_us):
-                session.send(self._flavour.writers[message_id](state))
+                message = written(message_id, state)
+                if message is not None:
+                    session.send(message)
 
 
 def open_vehicle(
@@ -168,6 +198,7 @@ def open_vehicle(
     links: Sequence[Link] | None = None,
     autopilot: Literal["px4", "ardupilot"] | None = None,
     start: tuple[float, float] = (0.0, 0.0),
+    signing_key: bytes | None = None,
 ) -> MavlinkVehicle:
     """A vehicle on the ground, at time 0.
 
@@ -180,6 +211,7 @@ def open_vehicle(
         links: the links that there are; the first of its firmware's unless given.
         autopilot: what is to fly it, instead of the firmware in its file.
         start: where it stands, north and east of the map's origin (m).
+        signing_key: 32 bytes with which all frames are signed; others are not believed. None for no signing.
 
     Raises:
         ConfigError: a file is missing or wrong.
@@ -188,6 +220,11 @@ def open_vehicle(
     if autopilot is not None:
         airframe = airframe.model_copy(update={"firmware": autopilot})
     simulation = Simulation(
-        airframe, load_conditions(conditions), seed=seed, record_truth=record_truth, start=start
+        airframe,
+        load_conditions(conditions),
+        seed=seed,
+        record_truth=record_truth,
+        start=start,
+        boot_time_s=boot_time_s,
     )
-    return MavlinkVehicle(simulation, system_id=system_id, links=links)
+    return MavlinkVehicle(simulation, system_id=system_id, links=links, signing_key=signing_key)
