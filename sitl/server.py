@@ -43,13 +43,11 @@ async def serve(fleet: Sequence[Served], *, speed: float = 1.0, say: Callable[[s
     with ExitStack() as open_sockets:
         aircraft = []
         for served in fleet:
-            sockets = {}
-            for endpoint in served.endpoints:
-                receive = partial(served.vehicle.receive, link=endpoint.link)
-                sockets[endpoint.link] = socket = await open_socket(endpoint, receive)
-                open_sockets.callback(socket.close)
             named = f"vehicle {served.vehicle.system_id}  " if len(fleet) > 1 else ""
-            aircraft.append(_Aircraft(served.vehicle, sockets, _Journal(served.vehicle, named, say)))
+            each = _Aircraft(served.vehicle, _Journal(served.vehicle, named, say))
+            for endpoint in served.endpoints:
+                open_sockets.callback((await each.open(endpoint)).close)
+            aircraft.append(each)
         await _run(aircraft, Pace(asyncio.get_running_loop().time, speed, say))
 
 
@@ -68,9 +66,9 @@ async def _run(aircraft: Sequence["_Aircraft"], pace: "Pace") -> None:
 class _Aircraft:
     """A vehicle with its sockets, and its frames that are on the way."""
 
-    def __init__(self, vehicle: MavlinkVehicle, sockets: dict[Link, Socket], journal: "_Journal") -> None:
+    def __init__(self, vehicle: MavlinkVehicle, journal: "_Journal") -> None:
         self.vehicle = vehicle
-        self._sockets = sockets
+        self._sockets: dict[Link, Socket] = {}
         self._journal = journal
         self._order = count()
         self._on_the_way: list[tuple[float, int, Link, bytes]] = []
@@ -79,6 +77,18 @@ class _Aircraft:
     def next_delivery_s(self) -> float:
         """When the next frame is to leave (s); never when none is on the way."""
         return self._on_the_way[0][0] if self._on_the_way else math.inf
+
+    async def open(self, endpoint: Endpoint | TcpEndpoint) -> Socket:
+        """Open the socket of one link."""
+        socket = await open_socket(endpoint, partial(self._receive, endpoint.link))
+        self._sockets[endpoint.link] = socket
+        return socket
+
+    def _receive(self, link: Link, data: bytes) -> None:
+        """Answer at once: whoever brings a thousand items one by one must not wait a tick for each."""
+        self.vehicle.receive(data, link)
+        if link in self._sockets:
+            self.advance(self.vehicle.simulation.time_s)
 
     def advance(self, now_s: float) -> None:
         """Let time run up to `now_s` (s), send what is due, and tell what happened."""

@@ -143,6 +143,7 @@ class MavlinkVehicle:
         session = self._sessions[link or self.links[0]]
         for arrival_s in self._way_in.arrivals_s(self.simulation.time_s):
             heapq.heappush(self._on_the_way_in, (arrival_s, next(self._order), session, data))
+        self._take_arrived(self.simulation.time_s)
 
     def advance(self, until_s: float) -> list[Delivery]:
         """Run the simulation up to `until_s` (s), in whole ticks.

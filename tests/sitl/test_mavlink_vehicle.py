@@ -161,7 +161,6 @@ def test_pings_to_everyone_are_answered_to_their_sender() -> None:
     assert answers(vehicle, mavlink.MAVLink_ping_message(123, 7, 1, 1)) == []
 
 
-
 @settings(max_examples=200, deadline=None)
 @given(st.sampled_from(sorted(mavlink.mavlink_map)), st.binary(max_size=255), st.integers(0, 255))
 def test_no_message_with_any_payload_harms(message_id: int, payload: bytes, sequence: int) -> None:
