@@ -51,7 +51,7 @@ def frame_from_number(number: int) -> Frame:
         InputError: missions have no such frame.
     """
     try:
-        return _OTHER_NUMBERS.get(number) or Frame(number)
+        return Frame(_OTHER_NUMBERS.get(number, number))
     except ValueError:
         known = ", ".join(f"{frame.value}" for frame in Frame)
         raise InputError(f"frame {number} is none of a mission's: expected {known}") from None
