@@ -15,6 +15,7 @@ from sitl.estimator_errors import EstimatorErrors
 from sitl.firmware.ardupilot import ArduPilot
 from sitl.firmware.interface import Autopilot, Firmware
 from sitl.firmware.px4 import Px4
+from sitl.plan.items import PlanKind
 from sitl.plant import STEPS_PER_TICK, TICK_S, TickNoise, plant
 from sitl.vehicle import Vehicle, load_vehicle
 from sitl.wind import wind
@@ -45,7 +46,8 @@ class Truth:
 class Simulation:
     """Boots at time 0 on the ground, heading north; the same seed gives the same bits.
 
-    It stands at `start`, north and east of the map's origin (m). With `motion` (position 3, velocity 3,
+    It stands at `start`, north and east of the map's origin (m), and has no position for `boot_time_s` after
+    each boot. With `motion` (position 3, velocity 3,
     attitude 4, body rates 3; NED, SI) it begins in flight instead, armed and following setpoints.
 
     Attributes:
@@ -62,6 +64,7 @@ class Simulation:
         seed: int,
         record_truth: bool = False,
         start: tuple[float, float] = (0.0, 0.0),
+        boot_time_s: float = 0.0,
         motion: Float[Array, "13"] | None = None,
     ) -> None:
         self.vehicle = vehicle
@@ -77,9 +80,26 @@ class Simulation:
         errors = estimator_errors(vehicle, conditions)
         self._resets_per_tick = errors.resets_per_hour * TICK_S / 3600.0
         self._estimator = estimator(errors, self._plant.body.motion, self._noise_rng, self._wander_rng)
-        self._firmware: Firmware = _FIRMWARE[vehicle.firmware](vehicle, self._estimator, self._plant.pack)
+        self._boot_time_s = boot_time_s
+        self._firmware = self._boot()
         if motion is not None:
             self._firmware.begin_in_flight()
+
+    def _boot(self) -> Firmware:
+        firmware = _FIRMWARE[self.vehicle.firmware](self.vehicle, self._estimator, self._plant.pack)
+        if self._boot_time_s > 0.0:
+            firmware.wait_for_position(self.time_s + self._boot_time_s)
+        return firmware
+
+    def reboot(self) -> None:
+        """Start the autopilot anew where the vehicle is: disarmed, with its parameters and plans."""
+        before, self._firmware = self._firmware, self._boot()
+        fresh = self._firmware.parameters.model_dump()
+        for name, value in before.parameters.model_dump().items():
+            if value != fresh[name]:
+                self._firmware.set_parameter(name, value)
+        for kind in PlanKind:
+            self._firmware.plans.replace(kind, before.plans[kind].items)
 
     @property
     def firmware(self) -> Autopilot:

@@ -70,6 +70,7 @@ class ArduPilot:
         self._armed = False
         self._failsafe = False
         self._time_s = 0.0
+        self._position_from_s = 0.0
         self._low_battery_s = 0.0
         self._ground_heard_s: float | None = None
         self._terminated = False
@@ -300,6 +301,10 @@ class ArduPilot:
 
     # What it does by itself
 
+    def wait_for_position(self, until_s: float) -> None:
+        """Have no position before this time (s)."""
+        self._position_from_s = until_s
+
     def begin_in_flight(self) -> None:
         """Fly already, armed, in GUIDED; the estimate says where."""
         self._armed = True
@@ -461,7 +466,8 @@ class ArduPilot:
 
     @property
     def _position_ok(self) -> bool:
-        return bool(np.isfinite(self._estimator.position).all())
+        known = self._time_s >= self._position_from_s
+        return known and bool(np.isfinite(self._estimator.position).all())
 
     def _reason_not_to_enter(self, mode: Mode) -> str | None:
         if mode not in _NAMES:

@@ -285,6 +285,10 @@ class Autopilot(Protocol):
 class Firmware(Autopilot, Protocol):
     """A simulated autopilot as the simulation drives it."""
 
+    def wait_for_position(self, until_s: float) -> None:
+        """Have no position before this time (s)."""
+        ...
+
     def begin_in_flight(self) -> None:
         """Fly already, armed, in the mode that follows setpoints; the estimate says where."""
         ...

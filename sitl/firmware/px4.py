@@ -53,6 +53,7 @@ class Px4:
         self._navigator = Navigator(self._parameters, estimator, self._guidance, self._say)
         self._land_detector = LandDetector(self._parameters)
         self._time_s = 0.0
+        self._position_from_s = 0.0
         self._mode = Mode.HOLD
         self._armed = False
         self._has_flown = False
@@ -139,9 +140,8 @@ class Px4:
     @property
     def health(self) -> Health:
         """Of the sensors and of the estimate; ready to arm when nothing would refuse it in this mode."""
-        position_ok = bool(np.isfinite(self._estimator.position).all())
         return Health(
-            sensors_ok=True, position_ok=position_ok, ready_to_arm=self._reason_not_to_arm() is None
+            sensors_ok=True, position_ok=self._position_ok, ready_to_arm=self._reason_not_to_arm() is None
         )
 
     @property
@@ -222,7 +222,7 @@ class Px4:
         if mode in _PILOTED:
             self._say(Severity.CRITICAL, f"Switching to mode {mode.name} denied: no manual control")
             return Result.TEMPORARILY_REJECTED
-        if mode is Mode.OFFBOARD and not self._offboard_is_alive():
+        if mode is Mode.OFFBOARD and self._armed and not self._offboard_is_alive():
             self._say(Severity.CRITICAL, "Switching to mode OFFBOARD denied: no offboard setpoints")
             return Result.TEMPORARILY_REJECTED
         if mode is Mode.MISSION and self._navigator.refusal is not None:
@@ -287,6 +287,10 @@ class Px4:
             self._offboard_at_s = self._time_s
 
     # What it does by itself
+
+    def wait_for_position(self, until_s: float) -> None:
+        """Have no position before this time (s)."""
+        self._position_from_s = until_s
 
     def begin_in_flight(self) -> None:
         """Fly already, armed, in OFFBOARD; the estimate says where."""
@@ -465,15 +469,20 @@ class Px4:
 
     def _offboard_is_alive(self) -> bool:
         age_s = self._time_s - self._offboard_at_s
-        return age_s < self._parameters.COM_OF_LOSS_T and bool(np.isfinite(self._estimator.position).all())
+        return age_s < self._parameters.COM_OF_LOSS_T and self._position_ok
+
+    @property
+    def _position_ok(self) -> bool:
+        known = self._time_s >= self._position_from_s
+        return known and bool(np.isfinite(self._estimator.position).all())
 
     def _reason_not_to_arm(self) -> str | None:
         if self._terminated:
             return "flight termination active"
         if self._ground_link.is_lost(self._parameters, self._time_s):
             return "no connection to the ground control station"
-        if not np.isfinite(self._estimator.position).all():
-            return "no valid position estimate"
+        if not self._position_ok:
+            return "Resolve system health failures first"
         if self._pack.state[0] < self._parameters.BAT_LOW_THR:
             return "low battery"
         if self._mode not in _MODES_TO_ARM_IN:

@@ -6,9 +6,18 @@ from collections.abc import Mapping
 from pymavlink.dialects.v20 import common as mavlink
 
 from sitl.firmware.interface import Autopilot, Landed, Mode, Result
-from sitl.mavlink import ardupilot_parameters, mission_telemetry, missions, targets, wellbeing
+from sitl.mavlink import (
+    ardupilot_parameters,
+    guided_commands,
+    mission_telemetry,
+    missions,
+    system_commands,
+    targets,
+    wellbeing,
+)
 from sitl.mavlink.commands import COMMANDS, Command, acknowledge, set_mode, whole
-from sitl.mavlink.flavour import Flavour
+from sitl.mavlink.flavour import Execute, Flavour
+from sitl.mavlink.global_setpoints import as_local
 from sitl.mavlink.guided_setpoints import read_guided_setpoint
 from sitl.mavlink.links import TELEMETRY
 from sitl.mavlink.mission_commands import ARDUPILOT_COMMANDS
@@ -23,6 +32,8 @@ _CAPABILITIES = (
     | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_INT
     | mavlink.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
     | mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
+    | mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_GLOBAL_INT
+    | mavlink.MAV_PROTOCOL_CAPABILITY_FLIGHT_TERMINATION
     | mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2
     | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_FENCE
     | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_RALLY
@@ -113,6 +124,15 @@ def _on_setpoint(session: Session, message: mavlink.MAVLink_set_position_target_
         session.firmware.offboard_setpoint(read_guided_setpoint(message, session.firmware.estimate))
 
 
+def _on_global_setpoint(
+    session: Session, message: mavlink.MAVLink_set_position_target_global_int_message
+) -> None:
+    """One whose place cannot be told is dropped like one in another mode."""
+    local = as_local(session, message)
+    if local is not None:
+        _on_setpoint(session, local)
+
+
 def _on_request_data_stream(session: Session, message: mavlink.MAVLink_request_data_stream_message) -> None:
     """Start or stop a stream of messages; MAV_DATA_STREAM_ALL is each of them."""
     if not session.accepts(message.target_system, message.target_component):
@@ -124,6 +144,15 @@ def _on_request_data_stream(session: Session, message: mavlink.MAVLink_request_d
         for message_id in _STREAMS.get(stream, ()):
             session.streams.set_interval(message_id, interval_us, round(session.time_s * 1e6))
 
+
+_COMMANDS: Mapping[int, Execute] = {
+    **COMMANDS,
+    **ARDUPILOT_COMMANDS,
+    **system_commands.ARDUPILOT_COMMANDS,
+    **guided_commands.COMMANDS,
+    mavlink.MAV_CMD_NAV_TAKEOFF: _take_off,
+    mavlink.MAV_CMD_DO_SET_MODE: _set_mode,
+}
 
 ARDUPILOT = Flavour(
     autopilot=mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA,
@@ -149,16 +178,15 @@ ARDUPILOT = Flavour(
         mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW: targets.servo_output_raw,
         wellbeing.EKF_STATUS_REPORT: wellbeing.ekf_status_report,
     },
-    commands={
-        **COMMANDS,
-        **ARDUPILOT_COMMANDS,
-        mavlink.MAV_CMD_NAV_TAKEOFF: _take_off,
-        mavlink.MAV_CMD_DO_SET_MODE: _set_mode,
-    },
+    commands=_COMMANDS,
+    commands_to_all=_COMMANDS,
     handlers={
         mavlink.MAVLINK_MSG_ID_MISSION_WRITE_PARTIAL_LIST: missions.on_write_partial_list,
         mavlink.MAVLINK_MSG_ID_SET_MODE: _on_set_mode,
         mavlink.MAVLINK_MSG_ID_REQUEST_DATA_STREAM: _on_request_data_stream,
+        mavlink.MAVLINK_MSG_ID_MISSION_ITEM: guided_commands.on_item,
+        mavlink.MAVLINK_MSG_ID_MISSION_ITEM_INT: guided_commands.on_item_int,
         mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED: _on_setpoint,
+        mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_GLOBAL_INT: _on_global_setpoint,
     },
 )

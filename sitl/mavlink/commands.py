@@ -12,13 +12,12 @@ from sitl.geodesy import HOME, Geodetic, ned_from_geodetic
 from sitl.mavlink.flavour import Execute
 from sitl.mavlink.frames import Message
 from sitl.mavlink.session import Session
+from sitl.mavlink.telemetry import written
 
 _FORCE = 21196
 _IGNORED_COORDINATE = 2**31 - 1
 _ABOVE_SEA = (None, mavlink.MAV_FRAME_GLOBAL, mavlink.MAV_FRAME_GLOBAL_INT)
 _ABOVE_HOME = (mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT, mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT)
-
-_HARMLESS = (mavlink.MAV_CMD_REQUEST_MESSAGE, mavlink.MAV_CMD_REQUEST_PROTOCOL_VERSION)
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,8 +59,8 @@ def on_command_int(session: Session, message: mavlink.MAVLink_command_int_messag
 def _is_for(
     session: Session, message: mavlink.MAVLink_command_long_message | mavlink.MAVLink_command_int_message
 ) -> bool:
-    """Commands to every system are taken only where they do no more than ask."""
-    if message.target_system == 0 and message.command not in _HARMLESS:
+    to_all = message.target_system == 0
+    if to_all and message.command not in session.flavour.commands_to_all:
         return False
     return session.accepts(message.target_system, message.target_component)
 
@@ -138,10 +137,10 @@ def _reposition(session: Session, command: Command) -> int:
 
 
 def _send_once(session: Session, message_id: int) -> int:
-    write = session.flavour.writers.get(message_id)
-    if write is None:
+    message = written(message_id, session.report())
+    if message is None:
         return mavlink.MAV_RESULT_DENIED
-    session.send(write(session.report()))
+    session.send(message)
     return mavlink.MAV_RESULT_ACCEPTED
 
 
@@ -186,7 +185,6 @@ COMMANDS: Mapping[int, Execute] = {
     mavlink.MAV_CMD_DO_REPOSITION: _reposition,
     mavlink.MAV_CMD_COMPONENT_ARM_DISARM: _arm_or_disarm,
     mavlink.MAV_CMD_GET_HOME_POSITION: _request(mavlink.MAVLINK_MSG_ID_HOME_POSITION),
-    mavlink.MAV_CMD_INJECT_FAILURE: _deny,
     mavlink.MAV_CMD_GET_MESSAGE_INTERVAL: _get_message_interval,
     mavlink.MAV_CMD_SET_MESSAGE_INTERVAL: set_message_interval,
     mavlink.MAV_CMD_REQUEST_MESSAGE: _request_message,

@@ -1,6 +1,6 @@
 """What differs on the wire between the autopilots that the vehicle may be."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Container, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -40,6 +40,7 @@ class Flavour:
         missions: how it conducts plan transfers.
         writers: what writes each message that can be streamed or asked for, by message id.
         commands: what each MAV_CMD does.
+        commands_to_all: the MAV_CMDs that are taken when they are sent to every system.
         handlers: what is done with messages that not every autopilot takes alike, by message id.
     """
 
@@ -57,4 +58,5 @@ class Flavour:
     missions: "MissionWire"
     writers: Mapping[int, "Callable[[Report], Message]"]
     commands: Mapping[int, Execute]
+    commands_to_all: Container[int]
     handlers: Mapping[int, Handle]

@@ -5,17 +5,19 @@ import math
 from pymavlink.dialects.v20 import common as mavlink
 
 from sitl.firmware.interface import Autopilot, Mode, Result, Severity
-from sitl.mavlink import mission_telemetry, px4_parameters, targets, wellbeing
+from sitl.mavlink import mission_telemetry, px4_parameters, system_commands, targets, wellbeing
 from sitl.mavlink.commands import (
     COMMANDS,
     Command,
     acknowledge,
     local_place,
+    on_command_long,
     set_message_interval,
     set_mode,
     whole,
 )
 from sitl.mavlink.flavour import Flavour
+from sitl.mavlink.global_setpoints import as_local
 from sitl.mavlink.links import GROUND_STATION, OFFBOARD
 from sitl.mavlink.mission_commands import PX4_COMMANDS
 from sitl.mavlink.mission_wires import PX4_MISSIONS
@@ -31,6 +33,8 @@ _CAPABILITIES = (
     | mavlink.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
     | mavlink.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE
     | mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
+    | mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_GLOBAL_INT
+    | mavlink.MAV_PROTOCOL_CAPABILITY_FLIGHT_TERMINATION
     | mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2
     | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_FENCE
     | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_RALLY
@@ -48,15 +52,19 @@ def _custom_mode(main: int, sub: int) -> int:
     return main << 16 | sub << 24
 
 
+_OFFBOARD_MAIN_MODE = 6
 _CUSTOM_MODES = {
+    Mode.ALTCTL: _custom_mode(2, 0),
+    Mode.STABILIZE: _custom_mode(7, 0),
     Mode.POSCTL: _custom_mode(3, 0),
     Mode.TAKEOFF: _custom_mode(4, 2),
     Mode.HOLD: _custom_mode(4, 3),
     Mode.MISSION: _custom_mode(4, 4),
     Mode.RTL: _custom_mode(4, 5),
     Mode.LAND: _custom_mode(4, 6),
-    Mode.OFFBOARD: _custom_mode(6, 0),
+    Mode.OFFBOARD: _custom_mode(_OFFBOARD_MAIN_MODE, 0),
 }
+_PILOTED_MODES = (Mode.POSCTL, Mode.ALTCTL, Mode.STABILIZE)
 _PILOTED = (
     mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
     | mavlink.MAV_MODE_FLAG_STABILIZE_ENABLED
@@ -71,7 +79,7 @@ _AUTOMATIC = (
 
 
 def _base_mode(mode: Mode, armed: bool) -> int:
-    flags = _PILOTED if mode is Mode.POSCTL else _AUTOMATIC
+    flags = _PILOTED if mode in _PILOTED_MODES else _AUTOMATIC
     return flags | mavlink.MAV_MODE_FLAG_SAFETY_ARMED if armed else flags
 
 
@@ -112,6 +120,26 @@ def _take_off(session: Session, command: Command) -> int:
     return session.result(session.firmware.takeoff(climb_m))
 
 
+def _on_command_long(session: Session, message: mavlink.MAVLink_command_long_message) -> None:
+    """PX4 acknowledges a switch to OFFBOARD twice."""
+    on_command_long(session, message)
+    to_offboard = message.command == mavlink.MAV_CMD_DO_SET_MODE and message.param2 == _OFFBOARD_MAIN_MODE
+    is_ours = session.accepts(message.target_system, message.target_component)
+    if to_offboard and is_ours and session.firmware.mode is Mode.OFFBOARD:
+        acknowledge(session, message, message.command, mavlink.MAV_RESULT_ACCEPTED)
+
+
+def _on_global_setpoint(
+    session: Session, message: mavlink.MAVLink_set_position_target_global_int_message
+) -> None:
+    local = as_local(session, message)
+    if local is not None:
+        _on_setpoint(session, local)
+    elif session.accepts(message.target_system, message.target_component):
+        frame = message.coordinate_frame
+        session.say(Severity.CRITICAL, f"{message.msgname} coordinate frame {frame} unsupported")
+
+
 def _on_setpoint(session: Session, message: mavlink.MAVLink_set_position_target_local_ned_message) -> None:
     if not session.accepts(message.target_system, message.target_component):
         return
@@ -149,15 +177,19 @@ PX4 = Flavour(
     commands={
         **COMMANDS,
         **PX4_COMMANDS,
+        **system_commands.PX4_COMMANDS,
         mavlink.MAV_CMD_NAV_TAKEOFF: _take_off,
         mavlink.MAV_CMD_DO_SET_MODE: _set_mode,
         mavlink.MAV_CMD_SET_MESSAGE_INTERVAL: _set_message_interval,
     },
+    commands_to_all=(mavlink.MAV_CMD_REQUEST_MESSAGE, mavlink.MAV_CMD_REQUEST_PROTOCOL_VERSION),
     handlers={
         mavlink.MAVLINK_MSG_ID_SET_MODE: _on_set_mode,
         mavlink.MAVLINK_MSG_ID_PARAM_REQUEST_READ: px4_parameters.on_request_read,
         mavlink.MAVLINK_MSG_ID_PARAM_REQUEST_LIST: px4_parameters.on_request_list,
         mavlink.MAVLINK_MSG_ID_PARAM_SET: px4_parameters.on_set,
+        mavlink.MAVLINK_MSG_ID_COMMAND_LONG: _on_command_long,
         mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED: _on_setpoint,
+        mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_GLOBAL_INT: _on_global_setpoint,
     },
 )

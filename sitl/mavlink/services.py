@@ -8,6 +8,7 @@ from sitl.mavlink import commands, missions, parameters
 from sitl.mavlink.flavour import Handle
 from sitl.mavlink.frames import Message
 from sitl.mavlink.session import Session
+from sitl.mavlink.telemetry import written
 
 
 def handle(session: Session, message: Message) -> None:
@@ -34,7 +35,23 @@ def _on_ping(session: Session, message: mavlink.MAVLink_ping_message) -> None:
         )
 
 
+def _on_heartbeat(session: Session, message: mavlink.MAVLink_heartbeat_message) -> None:
+    """A ground station is there."""
+    if message.type == mavlink.MAV_TYPE_GCS:
+        session.firmware.hear_ground_station(message.get_srcSystem())
+
+
+def _on_set_origin(session: Session, message: mavlink.MAVLink_set_gps_global_origin_message) -> None:
+    """The receiver has set the origin already: the answer says where."""
+    if message.target_system == session.system_id:
+        origin = written(mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN, session.report())
+        if origin is not None:
+            session.send(origin)
+
+
 _HANDLERS: Mapping[int, Handle] = {
+    mavlink.MAVLINK_MSG_ID_HEARTBEAT: _on_heartbeat,
+    mavlink.MAVLINK_MSG_ID_SET_GPS_GLOBAL_ORIGIN: _on_set_origin,
     mavlink.MAVLINK_MSG_ID_PING: _on_ping,
     mavlink.MAVLINK_MSG_ID_PARAM_REQUEST_READ: parameters.on_request_read,
     mavlink.MAVLINK_MSG_ID_PARAM_REQUEST_LIST: parameters.on_request_list,

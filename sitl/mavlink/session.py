@@ -28,6 +28,7 @@ class Session:
         flavour: how that speaks.
         streams: what this link carries, and how often.
         send: put a message on this link.
+        reboot: start the vehicle's autopilot anew, once everything that has arrived is answered.
         uploads: of plans; the same for all links of a vehicle.
         time_s: time since boot (s), of the simulation.
         backlog: parameters that are yet to be sent, with their indices.
@@ -39,6 +40,7 @@ class Session:
     flavour: Flavour
     streams: Streams
     send: Callable[[Message], None]
+    reboot: Callable[[], None]
     uploads: Uploads
     time_s: float = 0.0
     backlog: deque[tuple[int, str]] = field(default_factory=deque)

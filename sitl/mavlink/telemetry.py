@@ -84,6 +84,25 @@ class Report:
         return geodetic_from_ned(*self.position)
 
 
+_NEED_POSITION = frozenset(
+    (
+        mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED,
+        mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT,
+        mavlink.MAVLINK_MSG_ID_ODOMETRY,
+        mavlink.MAVLINK_MSG_ID_HOME_POSITION,
+        mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN,
+    )
+)
+
+
+def written(message_id: int, state: Report) -> Message | None:
+    """The message of that id now; None if the vehicle does not know it, or knows no position for it."""
+    write = state.flavour.writers.get(message_id)
+    if write is None or (message_id in _NEED_POSITION and not state.firmware.health.position_ok):
+        return None
+    return write(state)
+
+
 def report(firmware: Autopilot, flavour: Flavour, system_id: int, rotors: int, time_s: float) -> Report:
     """The state of `firmware` now."""
     estimate = firmware.estimate

@@ -2,7 +2,7 @@
 
 import heapq
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import count
@@ -89,9 +89,7 @@ class MavlinkVehicle:
         self._reboots = False
         self._uploads = Uploads()
         self._signing = Signing(signing_key) if signing_key else None
-        self._sessions = {
-            link: self._open(link, link_id) for link_id, link in enumerate(links or self._flavour.links[:1])
-        }
+        self._sessions = self._open_all(links or self._flavour.links[:1])
 
     @property
     def links(self) -> Sequence[Link]:
@@ -104,6 +102,9 @@ class MavlinkVehicle:
         mode = self.simulation.firmware.mode
         return self._flavour.mode_names.get(mode, mode.name)
 
+    def _open_all(self, links: Iterable[Link]) -> dict[Link, Session]:
+        return {link: self._open(link, link_id) for link_id, link in enumerate(links)}
+
     def _open(self, link: Link, link_id: int) -> Session:
         return Session(
             system_id=self.system_id,
@@ -112,6 +113,7 @@ class MavlinkVehicle:
             flavour=self._flavour,
             streams=Streams(link.rates_hz),
             send=partial(self._send, link, Encoder(self.system_id, link_id, self._signing)),
+            reboot=self._reboot_soon,
             uploads=self._uploads,
         )
 
@@ -125,7 +127,7 @@ class MavlinkVehicle:
         self._booted_s = self.simulation.time_s
         self._on_the_way_in.clear()
         self._uploads = Uploads()
-        self._sessions = {link: self._open(link) for link in self._sessions}
+        self._sessions = self._open_all(self._sessions)
 
     def _reboot_soon(self) -> None:
         self._reboots = True
@@ -163,10 +165,12 @@ class MavlinkVehicle:
     def _take_arrived(self, now_s: float) -> None:
         while self._on_the_way_in and self._on_the_way_in[0][0] <= now_s + _ROUNDING_S:
             *_, session, data = heapq.heappop(self._on_the_way_in)
-            session.time_s = now_s
+            session.time_s = now_s - self._booted_s
             for message in decode(data):
                 if self._signing is None or self._signing.believes(message):
                     services.handle(session, message)
+        if self._reboots:
+            self.reboot()
 
     def _tell(self) -> None:
         """Send on every link what is due."""
@@ -199,6 +203,7 @@ def open_vehicle(
     links: Sequence[Link] | None = None,
     autopilot: Literal["px4", "ardupilot"] | None = None,
     start: tuple[float, float] = (0.0, 0.0),
+    boot_time_s: float = 0.0,
     signing_key: bytes | None = None,
 ) -> MavlinkVehicle:
     """A vehicle on the ground, at time 0.
@@ -212,6 +217,7 @@ def open_vehicle(
         links: the links that there are; the first of its firmware's unless given.
         autopilot: what is to fly it, instead of the firmware in its file.
         start: where it stands, north and east of the map's origin (m).
+        boot_time_s: for how long after a boot it has no position (s).
         signing_key: 32 bytes with which all frames are signed; others are not believed. None for no signing.
 
     Raises:

@@ -159,3 +159,11 @@ def test_commands_bear_any_number(command: int, value: float) -> None:
     vehicle, _ = fake_vehicle(vehicle=ARDUCOPTER)
     vehicle.receive(encode(command_long(command, *[value] * 7)))
     assert any(message.get_type() == "COMMAND_ACK" for message in parse(vehicle.advance(0.02)))
+
+
+def test_a_command_to_every_system_is_taken() -> None:
+    command = mavlink.MAVLink_command_long_message(
+        0, 0, mavlink.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, 0, 0, 0, 0, 4.0
+    )
+    result, firmware = commanded(command)
+    assert (result, firmware.calls) == (ACCEPTED, [("takeoff", 4.0)])
