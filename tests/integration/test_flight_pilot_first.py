@@ -49,7 +49,7 @@ def stall(seconds: float, unread_s: float = 0.1) -> Any:
             for message in waiting:
                 link.say(message)
 
-        link.incoming = waiting.append  # type: ignore[assignment]
+        link.incoming = waiting.append
         loop.jump(seconds)
         loop.call_later(unread_s, read)
 
@@ -227,12 +227,12 @@ def test_a_jump_of_the_estimate_is_no_step_for_the_vehicle(vehicle: str) -> None
     states = outcome.recording.states
     soon = (states.time_s > jumped_s[0]) & (states.time_s < jumped_s[0] + 3.0)
     tilt = np.abs(states.attitude[soon, :2]).max()
-    assert tilt < math.radians(8.0)
+    assert tilt < math.radians(3.0)  # 12 or more where the setpoint stays behind
     sent = outcome.recording.references
     step = int(np.argmax(sent.time_s > jumped_s[0] + 0.1))
     off = outcome.trajectory.sample(sent.time_s - outcome.start_s).position - sent.position
     np.testing.assert_allclose(off[step], -jump, atol=0.15)
-    assert np.linalg.norm(off[-1]) < 0.5 * np.linalg.norm(jump)
+    assert np.linalg.norm(off[-1]) < 0.6 * np.linalg.norm(jump)
 
 
 def test_an_estimate_that_jumps_too_far_ends_in_a_hold() -> None:

@@ -57,7 +57,7 @@ async def test_a_vehicle_that_refuses_to_arm_says_why(vehicle: FakePx4, px4: Px4
 @with_px4
 async def test_a_vehicle_that_accepts_but_does_not_arm_is_told(vehicle: FakePx4, px4: Px4) -> None:
     vehicle.answers[ARM] = lambda: [accepted(ARM)]
-    with pytest.raises(FlightError, match="it did not arm within 3 s; mode AUTO.LOITER"):
+    with pytest.raises(FlightError, match=r"it did not arm within 3 s; mode AUTO\.LOITER"):
         await px4.arm()
 
 

@@ -42,8 +42,10 @@ def test_what_is_tracked_does_not_jump_and_moves_as_its_velocity_says(rate_hz: f
     (jump,) = [jump for jump in jumps if jump is not None]
     np.testing.assert_allclose(jump, JUMP, atol=1e-9)
     positions = np.array([each.position for each in tracked])
-    beside = np.diff(positions, axis=0) - np.array([each.velocity for each in tracked[:-1]]) / rate_hz
-    assert np.abs(beside).max() < 1e-9
+    velocities = np.array([each.velocity for each in tracked])
+    beside = np.diff(positions, axis=0) - 0.5 * (velocities[1:] + velocities[:-1]) / rate_hz
+    assert np.abs(beside).max() < 2e-4
+    assert np.abs(np.diff(velocities, axis=0)).max() < 0.1 / rate_hz
 
 
 def test_a_setpoint_moves_with_the_jump_and_returns_slowly() -> None:
@@ -56,8 +58,8 @@ def test_a_setpoint_moves_with_the_jump_and_returns_slowly() -> None:
     at_jump = round(JUMPS_AT_S * 50.0) - 1
     np.testing.assert_allclose(steps[at_jump], JUMP, atol=1e-9)
     others = np.delete(steps, at_jump, axis=0)
-    assert np.linalg.norm(others, axis=1).max() <= 0.25 / 50.0 + 1e-9
-    assert np.linalg.norm(sent[-1]) < 0.02
+    assert np.linalg.norm(others, axis=1).max() < 0.15 / 50.0
+    assert np.linalg.norm(sent[-1]) < 0.25 * np.linalg.norm(JUMP)
 
 
 def test_noise_and_wander_of_an_estimate_are_no_jump() -> None:
