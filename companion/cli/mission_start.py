@@ -77,7 +77,7 @@ async def _start(connection: Connection, plan: Plan | None, wait: bool, console:
             display.phase("the vehicle flies its mission")
             return []
         async for item in fly_mission(connection, telemetry, autopilot, plan.mission, display.phase):
-            display.phase(f"reached item {item.index} of {item.total}: {item.item.name}")
+            display.phase(f"reached {item.index + 1} of {item.total}: {item.item.name}")
             reached.append(item.index)
         display.phase("the mission is done")
     return reached

@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from companion import clock
 from companion.autopilot import Autopilot
@@ -13,7 +13,7 @@ from companion.errors import FlightError, LinkError, RefusedError, TakenError
 from companion.link.command import command, set_message_interval
 from companion.link.connection import Connection
 from companion.link.dialect import mavlink
-from companion.link.status import Landed
+from companion.link.status import Landed, VehicleStatus
 from companion.link.telemetry import Telemetry
 from companion.mission.items import MissionItem
 
@@ -26,13 +26,22 @@ _ASK_AGAIN_S = 1.0
 _STARTS_WITHIN_S = 5.0
 _ARRIVES_WITHIN_S = 1.5
 """A mode may be told this much before the item whose end it shows."""
-_PX4, _ARDUPILOT = mavlink.MAV_AUTOPILOT_PX4, mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
-_MISSION_MODES = {_PX4: 4 << 16 | 4 << 24, _ARDUPILOT: 3}
-"""HEARTBEAT.custom_mode while a mission is flown: AUTO.MISSION and AUTO."""
-_RETURN_MODES = {_PX4: 4 << 16 | 5 << 24, _ARDUPILOT: 6}
+_ARDUPILOT = mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
 _ON_GROUND = (mavlink.MAV_CMD_NAV_LAND, mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH, mavlink.MAV_CMD_NAV_VTOL_LAND)
 _LAST_NAVIGATION = mavlink.MAV_CMD_NAV_LAST
 _CURRENT_HZ = 5.0
+
+
+class _Modes(NamedTuple):
+    """HEARTBEAT.custom_mode in a mission, on the way back, and holding."""
+
+    mission: int
+    back: int
+    hold: int
+
+
+_PX4_MODES = _Modes(mission=4 << 16 | 4 << 24, back=4 << 16 | 5 << 24, hold=4 << 16 | 3 << 24)
+_ARDUPILOT_MODES = _Modes(mission=3, back=6, hold=5)
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +71,7 @@ async def start_mission(
     if not telemetry.status.armed:
         await _arm_when_ready(autopilot, announce)
     await command(connection, mavlink.MAV_CMD_MISSION_START)
-    mode = _MISSION_MODES.get(connection.heartbeat.autopilot)
+    mode = _modes(connection).mission
     give_up_s = clock.now() + _STARTS_WITHIN_S
     while telemetry.status.custom_mode != mode:
         if clock.now() >= give_up_s:
@@ -103,7 +112,7 @@ async def fly_mission(
         raise FlightError("there is no mission to fly: upload one")
     with suppress(RefusedError):  # then it sends at its own rate
         await set_message_interval(connection, mavlink.MAVLINK_MSG_ID_MISSION_CURRENT, _CURRENT_HZ)
-    watch = _Watch(connection)
+    watch, modes = _Watch(connection), _modes(connection)
     try:
         await start_mission(connection, telemetry, autopilot, announce)
         watch.on_mission_s = clock.now()
@@ -112,12 +121,22 @@ async def fly_mission(
                 index = watch.reached.popleft()
                 if index < len(mission):
                     yield Reached(index, mission[index], len(mission))
-            if _is_done(watch, telemetry, mission):
+            status = telemetry.status
+            if _is_done(watch, status, status.custom_mode == modes.hold, mission):
                 return
-            _require_on_mission(watch, connection, telemetry, autopilot, mission)
+            if connection.lost:
+                raise LinkError("the vehicle fell silent: check the link")
+            if _is_own(watch, status, modes, mission):
+                watch.on_mission_s = clock.now()
+            elif clock.now() >= watch.on_mission_s + _ARRIVES_WITHIN_S:
+                raise _interruption(watch, status.armed, autopilot.mode, len(mission))
             await asyncio.sleep(_POLL_S)
     finally:
         watch.end()
+
+
+def _modes(connection: Connection) -> _Modes:
+    return _ARDUPILOT_MODES if connection.heartbeat.autopilot == _ARDUPILOT else _PX4_MODES
 
 
 async def _arm_when_ready(autopilot: Autopilot, announce: Announce) -> None:
@@ -142,7 +161,8 @@ class _Watch:
     Attributes:
         reached: items reached that nobody has looked at yet, each once.
         newest: the last that was reached; -1 before any.
-        current: where it is going; -1 until it says.
+        current: where it is going; -1 until it says, and when ArduPilot is done.
+        farthest: the greatest `current` so far.
         is_complete: whether it says that the mission is.
         on_mission_s: when it was last in the mode for missions (companion clock, s).
     """
@@ -152,7 +172,7 @@ class _Watch:
         self.newest = self.current = -1
         self.is_complete = False
         self.on_mission_s = clock.now()
-        self._farthest = -1
+        self.farthest = -1
         self._first = int(connection.heartbeat.autopilot == _ARDUPILOT)  # item 0 of ArduPilot is home
         self._ends = (
             connection.subscribe(mavlink.MAVLink_mission_item_reached_message, self._on_reached),
@@ -167,49 +187,47 @@ class _Watch:
     def _on_reached(self, message: mavlink.MAVLink_mission_item_reached_message) -> None:
         """Note an item, once: PX4 says each several times, those of the flight before, too."""
         index = message.seq - self._first
-        if index != self.newest and 0 <= index <= self._farthest:
+        if index != self.newest and 0 <= index <= self.farthest:
             self.newest = index
             self.reached.append(index)
 
     def _on_current(self, message: mavlink.MAVLink_mission_current_message) -> None:
         self.current = message.seq - self._first
-        self._farthest = max(self._farthest, self.current)
+        self.farthest = max(self.farthest, self.current)
         self.is_complete = message.mission_state == mavlink.MISSION_STATE_COMPLETE
 
 
-def _is_done(watch: _Watch, telemetry: Telemetry, mission: Sequence[MissionItem]) -> bool:
+def _is_done(watch: _Watch, status: VehicleStatus, holds: bool, mission: Sequence[MissionItem]) -> bool:
+    """Whether the mission is over; `holds` tells that the vehicle is in its mode for that."""
     last = _last_navigation(mission)
     if mission[last].command in _ON_GROUND:
-        is_down = telemetry.status.landed is Landed.ON_GROUND and not telemetry.status.armed
-        return is_down and max(watch.current, watch.newest) >= last
-    return watch.newest >= last or (watch.is_complete and watch.current >= last)
+        return status.landed is Landed.ON_GROUND and not status.armed and watch.farthest >= last
+    if watch.is_complete and watch.farthest >= last:
+        return True
+    goes_back = any(item.command == mavlink.MAV_CMD_DO_JUMP for item in mission[last:])
+    return watch.newest >= last and (holds or not goes_back)
 
 
-def _require_on_mission(
-    watch: _Watch,
-    connection: Connection,
-    telemetry: Telemetry,
-    autopilot: Autopilot,
-    mission: Sequence[MissionItem],
-) -> None:
-    """Raise unless the vehicle flies the mission, or came off it only just now."""
-    if connection.lost:
-        raise LinkError("the vehicle fell silent: check the link")
-    firmware, mode = connection.heartbeat.autopilot, telemetry.status.custom_mode
+def _is_own(watch: _Watch, status: VehicleStatus, modes: _Modes, mission: Sequence[MissionItem]) -> bool:
+    """Whether the vehicle is where its mission put it: PX4 has modes of their own for how one ends."""
+    if not status.armed:
+        return False
+    last = _last_navigation(mission)
+    is_over = watch.newest >= last or (watch.farthest >= last and status.landed is Landed.ON_GROUND)
     returns = (
         watch.current in range(len(mission))
         and mission[watch.current].command == mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH
     )
-    own = {_MISSION_MODES.get(firmware), _RETURN_MODES.get(firmware) if returns else None}
-    if telemetry.status.armed and mode in own:
-        watch.on_mission_s = clock.now()
-    elif clock.now() >= watch.on_mission_s + _ARRIVES_WITHIN_S:
-        where = f"at item {max(watch.current, 0)} of {len(mission)}"
-        if not telemetry.status.armed:
-            raise FlightError(f"the vehicle disarmed {where}, before its mission was done")
-        raise TakenError(
-            f"the vehicle went to {autopilot.mode} unasked, {where}: it was left to whoever did that"
-        )
+    mode = status.custom_mode
+    return mode == modes.mission or (returns and mode == modes.back) or (is_over and mode == modes.hold)
+
+
+def _interruption(watch: _Watch, armed: bool, mode: str, total: int) -> FlightError:
+    """What to raise when the mission ended before it was done."""
+    where = f"at item {max(watch.current, 0) + 1} of {total}"
+    if not armed:
+        return FlightError(f"the vehicle disarmed {where}, before its mission was done")
+    return TakenError(f"the vehicle went to {mode} unasked, {where}: it was left to whoever did that")
 
 
 def _last_navigation(mission: Sequence[MissionItem]) -> int:
