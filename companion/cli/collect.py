@@ -30,6 +30,8 @@ def collect(
     guard: options.Guard = None,
     land: options.Land = False,
     system_id: options.SystemId = None,
+    signing_key: options.SigningKeyFile = None,
+    forward: options.Forward = None,
 ) -> None:
     """Fly the training trajectory, sinusoids along all three axes, and write the data set.
 
@@ -43,7 +45,8 @@ def collect(
     trajectory_within = partial(_training, duration, box, seed, guard_limits.fence)
     plan = FlightPlan(trajectory_within(LIMITS), limits=guard_limits, after=options.after(None, land=land))
     about = provenance(address, name or vehicle_name(address), plan.trajectory.name, Strategy.BASELINE)
-    request = Request(address, system_id, LIMITS, Placed(plan, trajectory_within), about)
+    key = options.signing_key(signing_key)
+    request = Request(address, system_id, LIMITS, Placed(plan, trajectory_within), about, key, forward or ())
     conduct(request, options.writable(output), console)
     show(console, f"next: companion train {output} --output MODEL.safetensors")
 

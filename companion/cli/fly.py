@@ -79,6 +79,8 @@ def fly(
     preset: options.PresetOption = options.Preset.DEFAULT,
     guard: options.Guard = None,
     system_id: options.SystemId = None,
+    signing_key: options.SigningKeyFile = None,
+    forward: options.Forward = None,
     dry_run: _DryRun = False,
     record: _Record = None,
     json: options.Json = None,
@@ -117,7 +119,8 @@ def fly(
         options.writable(path)
     show(console, f"strategy: {strategy}" + (f", model {model}" if model else ""))
     about = provenance(address, vehicle_name(address), course.name, strategy)
-    request = Request(address, system_id, limits, course, about)
+    key = options.signing_key(signing_key)
+    request = Request(address, system_id, limits, course, about, key, forward or ())
     flown = _conduct(request, record, console)
     show(console, *_lines(flown.outcome))
     if json is not None:

@@ -1,7 +1,7 @@
 """What `fly` and `collect` share: one flight on one vehicle, shown as it happens and kept whatever comes."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Protocol
@@ -19,6 +19,8 @@ from companion.flight.takeoff import Announce
 from companion.link import connect, start_telemetry
 from companion.link.address import Address, Simulated
 from companion.link.connection import Connection
+from companion.link.presence import LinkChange
+from companion.link.signing import SigningKey
 from companion.link.telemetry import Telemetry
 from companion.recording import Provenance, write_recording
 from companion.trajectory import Limits, Trajectory, summarise
@@ -99,6 +101,8 @@ class Request:
         limits: what the user allows.
         course: what to fly.
         provenance: what the recording belongs to.
+        signing: the key of a signed link.
+        forward: where ground stations share the link.
     """
 
     address: Address
@@ -106,6 +110,8 @@ class Request:
     limits: Limits
     course: Course
     provenance: Provenance
+    signing: SigningKey | None = None
+    forward: Sequence[str] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,7 +176,20 @@ def conduct(request: Request, record: Path | None, console: Console) -> Flown:
 async def _fly(request: Request, recorder: FlightRecorder, console: Console) -> Flown:
     with FlightDisplay(console) as display:
         display.phase("connecting")
-        async with connect(request.address, system_id=request.system_id) as connection:
+        async with connect(
+            request.address, system_id=request.system_id, signing=request.signing, forward=request.forward
+        ) as connection:
+
+            def link_changed(change: LinkChange) -> None:
+                text = (
+                    "lost the vehicle"
+                    if change.lost
+                    else f"the vehicle is back after {change.silence_s:.1f} s"
+                )
+                recorder.event(change.time_s, text)
+                display.phase(text)
+
+            connection.presence.subscribe(link_changed)
             connection.status_texts.subscribe(display.vehicle_said)
             connection.status_texts.subscribe(
                 lambda line: recorder.event(line.received_s, f"vehicle: {line.text}")
