@@ -33,8 +33,10 @@ from sitl.firmware.interface import (
     Severity,
     StatusText,
 )
+from sitl.firmware.pilot import Pilot, Sticks
 from sitl.plan.plans import Plans
 from sitl.plant import STEPS_PER_TICK, TICK_S, Plant, TickNoise
+from sitl.quaternion import yaw_of
 from sitl.vehicle import Vehicle
 
 _NAMES = {
@@ -74,6 +76,8 @@ class ArduPilot:
         self._low_battery_s = 0.0
         self._ground_heard_s: float | None = None
         self._terminated = False
+        self._pilot = Pilot()
+        self._was_piloted = False
         self._climbs_to: float | None = None
         self._setpoint_at_s: float | None = None
         self._resets = int(estimator.resets[0])
@@ -226,6 +230,10 @@ class ArduPilot:
         if system_id == self._parameters.SYSID_MYGCS:
             self._ground_heard_s = self._time_s
 
+    def move_sticks(self, sticks: Sticks) -> None:
+        """The pilot's sticks are there now."""
+        self._pilot.move(sticks, self._time_s)
+
     def turn(self, yaw: float) -> Result:
         """Turn to a heading (rad) while the path stays."""
         self._guidance.turn(yaw)
@@ -362,9 +370,24 @@ class ArduPilot:
     def _fly(self) -> None:
         if self._mode is Mode.OFFBOARD:
             self._watch_setpoints()
+        elif self._mode is Mode.HOLD:
+            self._follow_sticks()
         self._watch_climb()
         if self._parameters.MOT_HOVER_LEARN:
             self._learn_hover()
+
+    def _follow_sticks(self) -> None:
+        """In LOITER sticks move the vehicle, and let go leave it where it comes to rest."""
+        p, sticks = self._parameters, self._pilot.sticks
+        piloted = self._pilot.flies(self._time_s)
+        if piloted:
+            heading = yaw_of(self._estimator.attitude)
+            speeds = 0.01 * p.LOIT_SPEED, 0.01 * p.WPNAV_SPEED_UP, 0.01 * p.WPNAV_SPEED_DN
+            yaw_rate = math.radians(p.PILOT_Y_RATE) * sticks.yaw
+            self._guidance.follow(Setpoint(velocity=sticks.velocity(heading, *speeds), yaw_rate=yaw_rate))
+        elif self._was_piloted:
+            self._guidance.stop()
+        self._was_piloted = piloted
 
     def _watch_fence(self) -> None:
         """Beyond the fence do what FENCE_ACTION says; on the ground, disarm."""

@@ -29,6 +29,9 @@ class ArduPilotParameters(Parameters):
     PSC_JERK_Z: float = Field(5.0, ge=1.0, le=50.0)
     GUID_TIMEOUT: float = Field(3.0, ge=0.1, le=5.0)
 
+    LOIT_SPEED: float = Field(1250.0, ge=20.0, le=3500.0)
+    PILOT_Y_RATE: float = Field(202.5, ge=1.0, le=360.0)
+
     # Position control
     PSC_POSXY_P: float = Field(1.0, ge=0.1, le=4.0)
     PSC_VELXY_P: float = Field(2.0, ge=0.1, le=6.0)

@@ -11,6 +11,7 @@ import numpy as np
 
 from sitl.arrays import Quaternion, Vec3
 from sitl.firmware.parameters import Parameters
+from sitl.firmware.pilot import Sticks
 from sitl.plan.plans import Plans
 from sitl.plant import Plant, TickNoise
 
@@ -234,6 +235,10 @@ class Autopilot(Protocol):
 
     def hear_ground_station(self, system_id: int) -> None:
         """A heartbeat of a ground station came now."""
+        ...
+
+    def move_sticks(self, sticks: Sticks) -> None:
+        """The pilot's sticks are there now."""
         ...
 
     def turn(self, yaw: float) -> Result:

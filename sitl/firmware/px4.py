@@ -25,6 +25,7 @@ from sitl.firmware.interface import (
     Severity,
     StatusText,
 )
+from sitl.firmware.pilot import Pilot, Sticks
 from sitl.firmware.px4_control import Control
 from sitl.firmware.px4_failsafes import OFFBOARD_LOST, Action, GroundLink, Stop
 from sitl.firmware.px4_guidance import Guidance
@@ -34,8 +35,11 @@ from sitl.firmware.px4_takeoff import LandDetector, TakeoffPhase
 from sitl.firmware.px4_tuning import tuned_parameters
 from sitl.plan.plans import Plans
 from sitl.plant import STEPS_PER_TICK, TICK_S, Plant, TickNoise
+from sitl.quaternion import yaw_of
 from sitl.vehicle import Vehicle
 
+_OVERRIDES_AUTOMATIC, _OVERRIDES_OFFBOARD = 1, 2
+"""Bits of COM_RC_OVERRIDE."""
 _PILOTED = frozenset((Mode.ALTCTL, Mode.STABILIZE))
 _MODES_TO_ARM_IN = frozenset((Mode.POSCTL, Mode.HOLD, Mode.TAKEOFF, Mode.MISSION, Mode.OFFBOARD))
 
@@ -64,6 +68,8 @@ class Px4:
         self._ground_link = GroundLink()
         self._link_failsafe = False
         self._terminated = False
+        self._pilot = Pilot()
+        self._was_piloted = False
         self._resets = 0
         self._battery_warnings = 0
 
@@ -210,6 +216,10 @@ class Px4:
         """Any ground station keeps the link alive."""
         self._ground_link.hear(self._time_s)
 
+    def move_sticks(self, sticks: Sticks) -> None:
+        """The pilot's sticks are there now."""
+        self._pilot.move(sticks, self._time_s)
+
     def turn(self, yaw: float) -> Result:
         """Turn to a heading (rad) while the path stays."""
         self._guidance.turn(yaw)
@@ -219,7 +229,7 @@ class Px4:
         """Change the mode, unless its conditions are not met; the reason is a status text."""
         if mode is Mode.TAKEOFF:
             return self.takeoff()
-        if mode in _PILOTED:
+        if mode in _PILOTED and not self._pilot.is_there(self._time_s):
             self._say(Severity.CRITICAL, f"Switching to mode {mode.name} denied: no manual control")
             return Result.TEMPORARILY_REJECTED
         if mode is Mode.OFFBOARD and self._armed and not self._offboard_is_alive():
@@ -311,6 +321,7 @@ class Px4:
         self._watch_resets()
         if self._armed:
             self._watch_offboard()
+            self._watch_pilot()
             self._watch_ground_link()
             self._watch_battery()
             self._navigate()
@@ -336,8 +347,17 @@ class Px4:
             setpoint.heading[:] = (offboard.yaw, offboard.yaw_rate)
             if phase is TakeoffPhase.RAMPUP and math.isfinite(offboard.velocity[2]):
                 setpoint.acceleration[2] = math.nan
+        elif self._was_piloted:
+            self._follow_sticks(max(max_up, 0.0))
         else:
             self._guidance.update(max(max_up, 0.0))
+
+    def _follow_sticks(self, max_up: float) -> None:
+        p, sticks, setpoint = self._parameters, self._pilot.sticks, self._control.setpoint
+        heading = yaw_of(self._estimator.attitude)
+        setpoint.position[:] = setpoint.acceleration[:] = math.nan
+        setpoint.velocity[:] = sticks.velocity(heading, p.MPC_VEL_MANUAL, max_up, p.MPC_Z_VEL_MAX_DN)
+        setpoint.heading[:] = math.nan, math.radians(p.MPC_MAN_Y_MAX) * sticks.yaw
 
     def _watch_resets(self) -> None:
         """Where the estimate jumps, what was sent before jumps along."""
@@ -413,6 +433,20 @@ class Px4:
             self._offboard_interrupted = False
             self._enter(Mode.OFFBOARD)
             self._say(Severity.INFO, "Offboard setpoints regained")
+
+    def _watch_pilot(self) -> None:
+        """Sticks that are moved take over, where COM_RC_OVERRIDE lets them; let go, they leave a hold."""
+        p, time_s = self._parameters, self._time_s
+        piloted = self._pilot.flies(time_s)
+        moved = piloted and self._pilot.sticks.largest > 0.01 * p.COM_RC_STICK_OV
+        bit = _OVERRIDES_OFFBOARD if self._mode is Mode.OFFBOARD else _OVERRIDES_AUTOMATIC
+        if moved and self._mode not in (Mode.POSCTL, *_PILOTED) and p.COM_RC_OVERRIDE & bit:
+            self._choose()
+            self._enter(Mode.POSCTL)
+            self._say(Severity.INFO, "Pilot took over using sticks")
+        elif self._was_piloted and not piloted:
+            self._guidance.hold()
+        self._was_piloted = piloted and self._mode in (Mode.POSCTL, *_PILOTED)
 
     def _watch_ground_link(self) -> None:
         action = self._ground_link.update(self._parameters, self._mode, self._time_s)

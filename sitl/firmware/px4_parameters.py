@@ -45,6 +45,8 @@ class Px4Parameters(Parameters):
     HTE_VZ_THR: float = Field(2.0, ge=1.0, le=10.0)
 
     # Autonomous flight
+    MPC_VEL_MANUAL: float = Field(10.0, ge=3.0, le=20.0)
+    MPC_MAN_Y_MAX: float = Field(150.0, ge=0.0, le=400.0)
     MPC_XY_CRUISE: float = Field(5.0, ge=3.0, le=20.0)
     MPC_ACC_HOR: float = Field(3.0, ge=2.0, le=15.0)
     MPC_JERK_AUTO: float = Field(4.0, ge=1.0, le=80.0)
@@ -105,6 +107,9 @@ class Px4Parameters(Parameters):
     """Position, Altitude, Manual (without a pilot: hold), Return, Land, Hold, Terminate, Disarm."""
     COM_RCL_EXCEPT: int = Field(0, ge=0, le=31)
     """Where the loss of the pilot's control is ignored: bits for Mission, Hold, Offboard."""
+    COM_RC_OVERRIDE: int = Field(1, ge=0, le=3)
+    """Whether moved sticks end a mode: bits for the automatic ones and Offboard."""
+    COM_RC_STICK_OV: float = Field(30.0, ge=5.0, le=80.0)
     COM_RC_IN_MODE: int = Field(3, ge=0, le=8)
     """4: no pilot's control is wanted."""
     COM_DL_LOSS_T: int = Field(10, ge=5, le=300)
@@ -112,7 +117,7 @@ class Px4Parameters(Parameters):
     NAV_DLL_ACT: Literal[0, 1, 2, 3, 5, 6] = 0
     """When the ground station is gone: nothing, Hold, Return, Land, Terminate, Disarm."""
     SYS_FAILURE_EN: Literal[0, 1] = 0
-    MAV_SYS_ID: int = Field(1, ge=1, le=250)
+    MAV_SYS_ID: int = Field(1, ge=1, le=255)
     SYS_AUTOSTART: int = Field(4001, ge=0, le=9999999)
     """PX4's generic quadrotor."""
     BAT_LOW_THR: float = Field(0.15, ge=0.12, le=0.5)

@@ -165,6 +165,7 @@ ARDUPILOT = Flavour(
     base_mode=_base_mode,
     system_status=_system_status,
     results=_RESULTS,
+    system_id_parameter="SYSID_THISMAV",
     parameters=ardupilot_parameters.WIRE,
     missions=ARDUPILOT_MISSIONS,
     writers={

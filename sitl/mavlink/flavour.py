@@ -36,6 +36,7 @@ class Flavour:
         base_mode: HEARTBEAT.base_mode of a flight mode, armed or not.
         system_status: MAV_STATE of the vehicle.
         results: MAV_RESULT of each answer of the firmware.
+        system_id_parameter: which parameter has the vehicle's MAVLink id, from the next boot on.
         parameters: how it puts parameters into messages.
         missions: how it conducts plan transfers.
         writers: what writes each message that can be streamed or asked for, by message id.
@@ -54,6 +55,7 @@ class Flavour:
     base_mode: Callable[[Mode, bool], int]
     system_status: Callable[[Autopilot], int]
     results: Mapping[Result, int]
+    system_id_parameter: str
     parameters: "ParameterWire"
     missions: "MissionWire"
     writers: Mapping[int, "Callable[[Report], Message]"]

@@ -162,6 +162,7 @@ PX4 = Flavour(
     base_mode=_base_mode,
     system_status=_system_status,
     results=_RESULTS,
+    system_id_parameter="MAV_SYS_ID",
     parameters=px4_parameters.WIRE,
     missions=PX4_MISSIONS,
     writers={

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from pymavlink.dialects.v20 import common as mavlink
 
-from sitl.mavlink import commands, missions, parameters
+from sitl.mavlink import commands, missions, parameters, sticks
 from sitl.mavlink.flavour import Handle
 from sitl.mavlink.frames import Message
 from sitl.mavlink.session import Session
@@ -51,6 +51,8 @@ def _on_set_origin(session: Session, message: mavlink.MAVLink_set_gps_global_ori
 
 _HANDLERS: Mapping[int, Handle] = {
     mavlink.MAVLINK_MSG_ID_HEARTBEAT: _on_heartbeat,
+    mavlink.MAVLINK_MSG_ID_MANUAL_CONTROL: sticks.on_manual_control,
+    mavlink.MAVLINK_MSG_ID_RC_CHANNELS_OVERRIDE: sticks.on_channels_override,
     mavlink.MAVLINK_MSG_ID_SET_GPS_GLOBAL_ORIGIN: _on_set_origin,
     mavlink.MAVLINK_MSG_ID_PING: _on_ping,
     mavlink.MAVLINK_MSG_ID_PARAM_REQUEST_READ: parameters.on_request_read,

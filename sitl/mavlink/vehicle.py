@@ -62,6 +62,7 @@ class MavlinkVehicle:
         self.simulation = simulation
         self._flavour = _FLAVOURS[simulation.vehicle.firmware]
         self.system_id = system_id
+        simulation.firmware.set_parameter(self._flavour.system_id_parameter, system_id)
         self._rotors = len(simulation.vehicle.rotors.layout)
         self.status_texts: deque[StatusText] = deque(maxlen=100)
         """The newest texts that the firmware gave out, for whoever watches beside the links."""
@@ -125,6 +126,7 @@ class MavlinkVehicle:
         self._reboots = False
         self.simulation.reboot()
         self._booted_s = self.simulation.time_s
+        self.system_id = getattr(self.simulation.firmware.parameters, self._flavour.system_id_parameter)
         self._on_the_way_in.clear()
         self._uploads = Uploads()
         self._sessions = self._open_all(self._sessions)

@@ -23,6 +23,7 @@ from sitl.firmware.interface import (
     StatusText,
 )
 from sitl.firmware.parameters import Parameters
+from sitl.firmware.pilot import Sticks
 from sitl.firmware.px4_parameters import Px4Parameters
 from sitl.mavlink import Delivery, Link, MavlinkVehicle
 from sitl.plan.mission import Mission, MissionRules
@@ -110,6 +111,9 @@ class FakeFirmware:
 
     def hear_ground_station(self, system_id: int) -> None:
         self.calls.append(("hear_ground_station", system_id))
+
+    def move_sticks(self, sticks: Sticks) -> None:
+        self.calls.append(("move_sticks", sticks))
 
     def turn(self, yaw: float) -> Result:
         return self._called("turn", yaw)

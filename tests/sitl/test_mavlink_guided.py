@@ -102,9 +102,9 @@ def test_a_guided_item_is_flown_to(mode: Mode, expected: int, whole: bool) -> No
         *[0.0] * 4,
     )
     item = (
-        mavlink.MAVLink_mission_item_int_message(*head, LAT, LON, 5.0)
+        mavlink.MAVLink_mission_item_int_message(*(*head, LAT, LON, 5.0))
         if whole
-        else mavlink.MAVLink_mission_item_message(*head, LAT * 1e-7, LON * 1e-7, 5.0)
+        else mavlink.MAVLink_mission_item_message(*(*head, LAT * 1e-7, LON * 1e-7, 5.0))
     )
     acknowledgement, firmware = asked(item, mode)
     assert acknowledgement.type == expected

@@ -87,6 +87,18 @@ def test_a_reboot_keeps_parameters_and_plans_and_forgets_the_rest() -> None:
     assert after.mode is Mode.HOLD
 
 
+@pytest.mark.parametrize(
+    ("name", "parameter"), [("bebop2", "MAV_SYS_ID"), ("arducopter_sitl", "SYSID_THISMAV")]
+)
+def test_another_system_id_counts_from_the_next_boot_on(name: str, parameter: str) -> None:
+    vehicle = open_vehicle(name, system_id=3)
+    assert getattr(vehicle.simulation.firmware.parameters, parameter) == 3
+    vehicle.simulation.firmware.set_parameter(parameter, 9)
+    assert {message.get_srcSystem() for message in parse(vehicle.advance(2.0))} == {3}
+    vehicle.reboot()
+    assert {message.get_srcSystem() for message in parse(vehicle.advance(4.0))} == {9}
+
+
 def test_a_reboot_in_flight_stops_the_rotors() -> None:
     vehicle = open_vehicle("bebop2")
     assert vehicle.simulation.firmware.arm() is Result.ACCEPTED

@@ -1,0 +1,39 @@
+"""The pilot's sticks as a ground station sends them: MANUAL_CONTROL and RC_CHANNELS_OVERRIDE."""
+
+from typing import TYPE_CHECKING
+
+from pymavlink.dialects.v20 import common as mavlink
+
+from sitl.firmware.pilot import Sticks
+
+if TYPE_CHECKING:
+    from sitl.mavlink.session import Session
+
+_FULL = 1000.0
+_MIDDLE_US, _RANGE_US = 1500.0, 500.0
+_UNUSED = (0, 65535)
+
+
+def _limited(value: float) -> float:
+    return min(max(value, -1.0), 1.0)
+
+
+def on_manual_control(session: "Session", message: mavlink.MAVLink_manual_control_message) -> None:
+    """Forward (x), right (y), clockwise (r) from -1000 to 1000; up (z) from 0 to 1000, 500 in the middle."""
+    if message.target != session.system_id:
+        return
+    climb = 2.0 * message.z / _FULL - 1.0
+    pitch, roll, yaw = message.x / _FULL, message.y / _FULL, message.r / _FULL
+    session.firmware.move_sticks(Sticks(_limited(roll), _limited(pitch), _limited(climb), _limited(yaw)))
+
+
+def on_channels_override(session: "Session", message: mavlink.MAVLink_rc_channels_override_message) -> None:
+    """Pulses (µs) of roll, pitch, throttle and yaw; a channel that is not overridden is in its middle."""
+    if not session.accepts(message.target_system, message.target_component):
+        return
+    pulses = (message.chan1_raw, message.chan2_raw, message.chan3_raw, message.chan4_raw)
+    roll, back, climb, yaw = (
+        0.0 if pulse in _UNUSED else _limited((pulse - _MIDDLE_US) / _RANGE_US) for pulse in pulses
+    )
+    if any(pulse not in _UNUSED for pulse in pulses):
+        session.firmware.move_sticks(Sticks(roll, -back, climb, yaw))
