@@ -15,7 +15,6 @@ from sitl.firmware.ardupilot_path import Path
 from sitl.firmware.ardupilot_return import fence_limits, return_height, return_place
 from sitl.firmware.fence_watch import FenceWatch
 from sitl.firmware.interface import Mode, Severity
-from sitl.plan.fence import Limits
 from sitl.plan.items import Command, Item, PlanKind
 from sitl.plan.mission import Flight, Leg, Mission, MissionRules, Situation
 from sitl.plan.places import local_place
@@ -67,7 +66,7 @@ class Navigator:
         self.fence = FenceWatch()
         self.lands = False
         self.may_lift_off = False
-        self._limits: Limits | None = None
+        self._limits = fence_limits(parameters, self.plans[PlanKind.FENCE])
         self._leg: Leg | None = None
         self._over_home_s: float | None = None
 

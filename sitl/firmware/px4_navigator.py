@@ -16,7 +16,6 @@ from sitl.firmware.px4_feasibility import fence_limits, reason_to_refuse
 from sitl.firmware.px4_guidance import Guidance
 from sitl.firmware.px4_parameters import Px4Parameters
 from sitl.firmware.px4_return import return_height, return_place
-from sitl.plan.fence import Limits
 from sitl.plan.items import Command, Item, PlanKind
 from sitl.plan.mission import Flight, Leg, Mission, MissionRules, Situation
 from sitl.plan.places import local_place
@@ -47,7 +46,7 @@ class Navigator:
         self.plans = Plans(estimate.position.copy(), self._mission, self._plan_changed)
         self.fence = FenceWatch()
         self.landed = True
-        self._limits: Limits | None = None
+        self._limits = fence_limits(parameters, self.plans[PlanKind.FENCE])
         self.refusal: str | None = "no valid mission available"
         self._next: Mode | None = None
         self._waits_from_s: float | None = None
