@@ -24,10 +24,13 @@ _RATES_HZ = {
     mavlink.MAVLINK_MSG_ID_ATTITUDE: 100.0,
     mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: 5.0,
     mavlink.MAVLINK_MSG_ID_HOME_POSITION: 0.5,
-    # A change of mode must not wait for a heartbeat a second: PX4 refuses the first, ArduPilot the second.
-    mavlink.MAVLINK_MSG_ID_HEARTBEAT: 5.0,
-    mavlink.MAVLINK_MSG_ID_CURRENT_MODE: 10.0,
 }
+_MODE_RATES_HZ = {
+    mavlink.MAV_AUTOPILOT_PX4: {mavlink.MAVLINK_MSG_ID_CURRENT_MODE: 10.0},
+    mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA: {mavlink.MAVLINK_MSG_ID_HEARTBEAT: 5.0},
+}
+"""A change of mode must not wait for a heartbeat a second. PX4 sends these at no other rate, and ArduPilot
+has no CURRENT_MODE."""
 _TIMESYNC_INTERVAL_S = 0.1
 _QUESTIONS_KEPT = 64
 _ATTITUDES_KEPT = 5
@@ -63,7 +66,8 @@ class Telemetry:
     """
 
     def __init__(self, connection: Connection) -> None:
-        self.rates = MessageRates(connection, _RATES_HZ)
+        of_modes_hz = _MODE_RATES_HZ.get(connection.heartbeat.autopilot, {})
+        self.rates = MessageRates(connection, _RATES_HZ | of_modes_hz)
         self.state: VehicleState | None = None
         self.restarts = 0
         self.out_of_order = 0

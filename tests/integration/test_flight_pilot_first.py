@@ -16,7 +16,11 @@ from companion.flight.approach import rest_to_rest
 from companion.flight.flight import After, FlightPlan
 from companion.flight.guard import GuardLimits
 from companion.flight.heading import YawMode
+from companion.flight.reference import Reference
+from companion.flight.strategies import position_velocity
 from companion.link.dialect import Message, mavlink
+from companion.state import VehicleState
+from companion.trajectory import Trajectory
 
 SETPOINT = mavlink.MAVLink_set_position_target_local_ned_message
 COMMAND = mavlink.MAVLink_command_long_message
@@ -64,6 +68,29 @@ def test_a_busy_computer_reads_what_waits_before_it_misses_telemetry(vehicle: st
     assert outcome is not None
     sent_s = np.array(link.setpoint_times())
     assert 0.75 < np.diff(sent_s).max() < 0.9  # no setpoint on a state that is too old
+
+
+def test_the_strategy_sees_the_vehicle_as_it_is_now() -> None:
+    ages_s: list[float] = []
+    moved_m: list[float] = []
+
+    async def scenario() -> None:
+        async with connected(TamperedLink("realistic")) as pilot:
+
+            def law(trajectory: Trajectory, time_s: float, state: VehicleState) -> Reference:
+                told = pilot.telemetry.state
+                assert told is not None
+                assert state.time_s == clock.now()
+                ages_s.append(state.time_s - told.time_s)
+                ahead = told.position + ages_s[-1] * told.velocity
+                moved_m.append(float(np.linalg.norm(state.position - ahead)))
+                return position_velocity(trajectory, time_s, state)
+
+            await pilot.fly(FlightPlan(straight(), law))
+
+    virtually(scenario())
+    assert 0.005 < np.median(ages_s) < 0.1
+    assert max(moved_m) < 1e-9
 
 
 def test_a_computer_that_was_busy_for_too_long_sends_nothing_more() -> None:
