@@ -5,37 +5,33 @@ https://docs.px4.io/main/en/config/safety.html) as far as it is modelled.
 """
 
 import math
-from dataclasses import replace
 
 import numpy as np
 
 from sitl.arrays import Vec3
 from sitl.battery import Pack
 from sitl.estimator import STEPS_PER_S, Estimator
+from sitl.firmware.commander import Commander
+from sitl.firmware.fence_watch import FenceWatch
 from sitl.firmware.interface import (
     AttitudeTarget,
-    Battery,
     Estimate,
-    FenceStatus,
-    Health,
     Landed,
     Mode,
     Result,
     Setpoint,
     Severity,
-    StatusText,
 )
-from sitl.firmware.pilot import Pilot, Sticks
 from sitl.firmware.px4_control import Control
-from sitl.firmware.px4_failsafes import OFFBOARD_LOST, Action, GroundLink, Stop
+from sitl.firmware.px4_failsafes import OFFBOARD_LOST, Action, BatteryWatch, GroundLink, Stop
 from sitl.firmware.px4_guidance import Guidance
 from sitl.firmware.px4_navigator import Navigator
+from sitl.firmware.px4_offboard import Offboard
 from sitl.firmware.px4_parameters import Px4Parameters
 from sitl.firmware.px4_takeoff import LandDetector, TakeoffPhase
 from sitl.firmware.px4_tuning import tuned_parameters
 from sitl.plan.plans import Plans
 from sitl.plant import STEPS_PER_TICK, TICK_S, Plant, TickNoise
-from sitl.quaternion import yaw_of
 from sitl.vehicle import Vehicle
 
 _OVERRIDES_AUTOMATIC, _OVERRIDES_OFFBOARD = 1, 2
@@ -44,77 +40,40 @@ _PILOTED = frozenset((Mode.ALTCTL, Mode.STABILIZE))
 _MODES_TO_ARM_IN = frozenset((Mode.POSCTL, Mode.HOLD, Mode.TAKEOFF, Mode.MISSION, Mode.OFFBOARD))
 
 
-class Px4:
+class Px4(Commander[Px4Parameters]):
     """Implements `interface.Firmware`."""
 
     def __init__(self, vehicle: Vehicle, estimator: Estimator, pack: Pack) -> None:
-        self._parameters = tuned_parameters(vehicle)
-        self._estimator = estimator
-        self._pack = pack
+        super().__init__(tuned_parameters(vehicle), estimator, pack, Mode.HOLD)
         self._control = Control(vehicle, self._parameters, estimator)
         self._guidance = Guidance(self._parameters, estimator, self._control.setpoint, TICK_S)
-        self._texts: list[StatusText] = []
         self._navigator = Navigator(self._parameters, estimator, self._guidance, self._say)
         self._land_detector = LandDetector(self._parameters)
-        self._time_s = 0.0
-        self._position_from_s = 0.0
-        self._mode = Mode.HOLD
-        self._armed = False
         self._has_flown = False
         self._idle_since_s = 0.0
-        self._offboard = Setpoint()
-        self._offboard_at_s = -math.inf
+        self._offboard = Offboard()
         self._offboard_interrupted = False
         self._ground_link = GroundLink()
         self._link_failsafe = False
-        self._terminated = False
-        self._pilot = Pilot()
-        self._was_piloted = False
         self._resets = 0
-        self._battery_warnings = 0
+        self._battery_watch = BatteryWatch()
 
     # What it reports
 
     @property
     def estimate(self) -> Estimate:
         """A copy of the estimate of this instant."""
-        e = self._estimator
-        return Estimate(
-            time_s=self._time_s,
-            position=e.position.copy(),
-            velocity=e.velocity.copy(),
-            acceleration=self._control.acceleration.copy(),
-            attitude=e.attitude.copy(),
-            rates=self._control.rates.copy(),
-            resets=int(e.resets[0]),
-        )
+        return self._control.estimate(self._time_s)
 
     @property
     def active_setpoint(self) -> Setpoint:
         """What the position controller follows now, in any mode."""
-        s = self._control.setpoint
-        return Setpoint(
-            position=s.position.copy(),
-            velocity=s.velocity.copy(),
-            acceleration=s.acceleration.copy(),
-            yaw=float(s.heading[0]),
-            yaw_rate=float(s.heading[1]),
-        )
+        return self._control.active_setpoint
 
     @property
     def attitude_target(self) -> AttitudeTarget:
         """What attitude and rate control follow now."""
         return self._control.attitude_target
-
-    @property
-    def mode(self) -> Mode:
-        """The mode that flies now, a failsafe's included."""
-        return self._mode
-
-    @property
-    def armed(self) -> bool:
-        """Whether the rotors may turn."""
-        return self._armed
 
     @property
     def landed(self) -> Landed:
@@ -135,25 +94,7 @@ class Px4:
     @property
     def failsafe(self) -> bool:
         """Whether a failsafe chose the present mode."""
-        return self._offboard_interrupted or self._link_failsafe or self._battery_warnings > 1
-
-    @property
-    def battery(self) -> Battery:
-        """As measured."""
-        remaining, voltage, current = self._pack.state.tolist()
-        return Battery(voltage_v=voltage, current_a=current, remaining=remaining)
-
-    @property
-    def health(self) -> Health:
-        """Of the sensors and of the estimate; ready to arm when nothing would refuse it in this mode."""
-        return Health(
-            sensors_ok=True, position_ok=self._position_ok, ready_to_arm=self._reason_not_to_arm() is None
-        )
-
-    @property
-    def parameters(self) -> Px4Parameters:
-        """What it flies by now."""
-        return self._parameters
+        return self._offboard_interrupted or self._link_failsafe or self._battery_watch.level > 1
 
     @property
     def plans(self) -> Plans:
@@ -161,14 +102,8 @@ class Px4:
         return self._navigator.plans
 
     @property
-    def fence_status(self) -> FenceStatus:
-        """Whether the fence is on, and broken."""
-        return self._navigator.fence.status
-
-    def take_status_texts(self) -> list[StatusText]:
-        """The texts since the last call, oldest first."""
-        texts, self._texts = self._texts, []
-        return texts
+    def _fence(self) -> FenceWatch:
+        return self._navigator.fence
 
     # What it is asked
 
@@ -215,10 +150,6 @@ class Px4:
     def hear_ground_station(self, system_id: int) -> None:
         """Any ground station keeps the link alive."""
         self._ground_link.hear(self._time_s)
-
-    def move_sticks(self, sticks: Sticks) -> None:
-        """The pilot's sticks are there now."""
-        self._pilot.move(sticks, self._time_s)
 
     def turn(self, yaw: float) -> Result:
         """Turn to a heading (rad) while the path stays."""
@@ -291,16 +222,9 @@ class Px4:
 
     def offboard_setpoint(self, setpoint: Setpoint) -> None:
         """A setpoint arrived now; proof of life in any mode, unless all of it is switched off."""
-        channels = (setpoint.position, setpoint.velocity, setpoint.acceleration)
-        if any(np.isfinite(channel).any() for channel in channels):
-            self._offboard = setpoint
-            self._offboard_at_s = self._time_s
+        self._offboard.take(setpoint, self._time_s)
 
     # What it does by itself
-
-    def wait_for_position(self, until_s: float) -> None:
-        """Have no position before this time (s)."""
-        self._position_from_s = until_s
 
     def begin_in_flight(self) -> None:
         """Fly already, armed, in OFFBOARD; the estimate says where."""
@@ -340,24 +264,11 @@ class Px4:
         if phase < TakeoffPhase.RAMPUP:
             self._control.stay_down()
         elif self._mode is Mode.OFFBOARD:
-            setpoint, offboard = self._control.setpoint, self._offboard
-            setpoint.position[:] = offboard.position
-            setpoint.velocity[:] = offboard.velocity
-            setpoint.acceleration[:] = offboard.acceleration
-            setpoint.heading[:] = (offboard.yaw, offboard.yaw_rate)
-            if phase is TakeoffPhase.RAMPUP and math.isfinite(offboard.velocity[2]):
-                setpoint.acceleration[2] = math.nan
+            self._control.follow_setpoint(self._offboard.setpoint)
         elif self._was_piloted:
-            self._follow_sticks(max(max_up, 0.0))
+            self._control.follow_sticks(self._pilot.sticks, max(max_up, 0.0))
         else:
             self._guidance.update(max(max_up, 0.0))
-
-    def _follow_sticks(self, max_up: float) -> None:
-        p, sticks, setpoint = self._parameters, self._pilot.sticks, self._control.setpoint
-        heading = yaw_of(self._estimator.attitude)
-        setpoint.position[:] = setpoint.acceleration[:] = math.nan
-        setpoint.velocity[:] = sticks.velocity(heading, p.MPC_VEL_MANUAL, max_up, p.MPC_Z_VEL_MAX_DN)
-        setpoint.heading[:] = math.nan, math.radians(p.MPC_MAN_Y_MAX) * sticks.yaw
 
     def _watch_resets(self) -> None:
         """Where the estimate jumps, what was sent before jumps along."""
@@ -367,21 +278,13 @@ class Px4:
         self._resets = resets
         position, velocity = self._estimator.jump
         self._control.jump(velocity)
-        before = self._offboard
-        self._offboard = replace(
-            before, position=before.position + position, velocity=before.velocity + velocity
-        )
+        self._offboard.jump(position, velocity)
 
     def _wants_takeoff(self) -> bool:
         if not self._armed or not self.on_ground:
             return False
         if self._mode is Mode.OFFBOARD:
-            wanted = self._offboard
-            return self._offboard_is_alive() and bool(
-                wanted.position[2] < self._estimator.position[2]
-                or wanted.velocity[2] < 0.0
-                or wanted.acceleration[2] < 0.0
-            )
+            return self._offboard_is_alive() and self._offboard.climbs_from(self._estimator.position[2])
         return self._mode in (Mode.TAKEOFF, Mode.MISSION) and self._guidance.climbs
 
     def _watch_ground(self) -> None:
@@ -470,15 +373,11 @@ class Px4:
         self._ground_link.dismiss()
 
     def _watch_battery(self) -> None:
-        """Warn when low; return when critical, land when nearly empty (COM_LOW_BAT_ACT 3)."""
-        p = self._parameters
+        """Warn when low, and do what follows from less."""
         remaining = float(self._pack.state[0])
-        thresholds = (p.BAT_LOW_THR, p.BAT_CRIT_THR, p.BAT_EMERGEN_THR)
-        level = sum(remaining < threshold for threshold in thresholds)
-        if level <= self._battery_warnings:
+        if not self._battery_watch.falls(self._parameters, remaining):
             return
-        self._battery_warnings = level
-        action = (None, Mode.RTL, Mode.LAND)[level - 1]
+        action = self._battery_watch.action
         if action is None or self._mode is Mode.LAND or self.on_ground:
             self._say(Severity.WARNING, f"Low battery: {remaining:.0%}")
             return
@@ -497,18 +396,13 @@ class Px4:
         following = navigator.update(self._mode, self._time_s)
         breached = navigator.broken_fence(self._time_s)
         if breached is not None and not self.on_ground and self._mode is not Mode.LAND:
-            following = breached
-        if following is not None and following is not self._mode:
+            self._enter(breached)
+        elif following is not None:
             self._enter(following)
 
     def _offboard_is_alive(self) -> bool:
-        age_s = self._time_s - self._offboard_at_s
+        age_s = self._offboard.age_s(self._time_s)
         return age_s < self._parameters.COM_OF_LOSS_T and self._position_ok
-
-    @property
-    def _position_ok(self) -> bool:
-        known = self._time_s >= self._position_from_s
-        return known and bool(np.isfinite(self._estimator.position).all())
 
     def _reason_not_to_arm(self) -> str | None:
         if self._terminated:
@@ -524,6 +418,3 @@ class Px4:
         if self._mode is Mode.OFFBOARD and not self._offboard_is_alive():
             return "no offboard setpoints"
         return None
-
-    def _say(self, severity: Severity, text: str) -> None:
-        self._texts.append(StatusText(severity, text))

@@ -4,7 +4,8 @@ import math
 
 from sitl.arrays import Vec3
 from sitl.estimator import Estimator
-from sitl.firmware.interface import AttitudeTarget
+from sitl.firmware.interface import AttitudeTarget, Estimate, Setpoint
+from sitl.firmware.pilot import Sticks
 from sitl.firmware.px4_allocation import allocation
 from sitl.firmware.px4_attitude import attitude_gains, begin_turning, rate_gains, rate_state
 from sitl.firmware.px4_hover_thrust import HoverThrust
@@ -21,6 +22,7 @@ from sitl.firmware.px4_position import (
 )
 from sitl.firmware.px4_takeoff import Takeoff, TakeoffPhase
 from sitl.plant import TICK_S, Plant, TickNoise
+from sitl.quaternion import yaw_of
 from sitl.vehicle import Vehicle
 
 _CLEAR_OF_GROUND_M = 1.0
@@ -65,6 +67,31 @@ class Control:
         """Derivative of the estimated velocity, NED (m/s²)."""
         return self._state.acceleration
 
+    def estimate(self, time_s: float) -> Estimate:
+        """A copy of the estimate at this time (s)."""
+        e = self._estimator
+        return Estimate(
+            time_s=time_s,
+            position=e.position.copy(),
+            velocity=e.velocity.copy(),
+            acceleration=self.acceleration.copy(),
+            attitude=e.attitude.copy(),
+            rates=self.rates.copy(),
+            resets=int(e.resets[0]),
+        )
+
+    @property
+    def active_setpoint(self) -> Setpoint:
+        """A copy of `setpoint`."""
+        s = self.setpoint
+        return Setpoint(
+            position=s.position.copy(),
+            velocity=s.velocity.copy(),
+            acceleration=s.acceleration.copy(),
+            yaw=float(s.heading[0]),
+            yaw_rate=float(s.heading[1]),
+        )
+
     @property
     def rates(self) -> Vec3:
         """Body rates as the rate controller sees them (rad/s)."""
@@ -99,6 +126,24 @@ class Control:
         s = self.setpoint
         s.position[:] = s.velocity[:] = s.heading[:] = math.nan
         s.acceleration[:] = (0.0, 0.0, _NO_THRUST_M_S2)
+
+    def follow_setpoint(self, wanted: Setpoint) -> None:
+        """Ask for what came from outside; a takeoff's ramp leaves out what would contradict it."""
+        s = self.setpoint
+        s.position[:] = wanted.position
+        s.velocity[:] = wanted.velocity
+        s.acceleration[:] = wanted.acceleration
+        s.heading[:] = (wanted.yaw, wanted.yaw_rate)
+        if self.takeoff.phase is TakeoffPhase.RAMPUP and math.isfinite(wanted.velocity[2]):
+            s.acceleration[2] = math.nan
+
+    def follow_sticks(self, sticks: Sticks, max_up: float) -> None:
+        """Ask for what the pilot wants, climbing at most at `max_up` (m/s)."""
+        p, s = self._parameters, self.setpoint
+        heading = yaw_of(self._estimator.attitude)
+        s.position[:] = s.acceleration[:] = math.nan
+        s.velocity[:] = sticks.velocity(heading, p.MPC_VEL_MANUAL, max_up, p.MPC_Z_VEL_MAX_DN)
+        s.heading[:] = math.nan, math.radians(p.MPC_MAN_Y_MAX) * sticks.yaw
 
     def jump(self, velocity: Vec3) -> None:
         """The estimated velocity jumped by this (m/s), which is no acceleration."""

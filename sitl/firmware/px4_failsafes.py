@@ -76,3 +76,22 @@ class GroundLink:
             return None
         self._done = True
         return action
+
+
+class BatteryWatch:
+    """Which of the thresholds the charge has fallen below: 1 low, 2 critical, 3 nearly empty."""
+
+    def __init__(self) -> None:
+        self.level = 0
+
+    def falls(self, parameters: Px4Parameters, remaining: float) -> bool:
+        """Whether the charge (0 to 1) is below another threshold since the last look."""
+        p, before = parameters, self.level
+        thresholds = (p.BAT_LOW_THR, p.BAT_CRIT_THR, p.BAT_EMERGEN_THR)
+        self.level = max(before, sum(remaining < threshold for threshold in thresholds))
+        return self.level > before
+
+    @property
+    def action(self) -> Mode | None:
+        """Return when critical, land when nearly empty (COM_LOW_BAT_ACT 3)."""
+        return (None, None, Mode.RTL, Mode.LAND)[self.level]

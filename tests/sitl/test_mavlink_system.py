@@ -94,9 +94,9 @@ def test_another_system_id_counts_from_the_next_boot_on(name: str, parameter: st
     vehicle = open_vehicle(name, system_id=3)
     assert getattr(vehicle.simulation.firmware.parameters, parameter) == 3
     vehicle.simulation.firmware.set_parameter(parameter, 9)
-    assert {message.get_srcSystem() for message in parse(vehicle.advance(2.0))} == {3}
+    assert {delivery.data[5] for delivery in vehicle.advance(2.0)} == {3}
     vehicle.reboot()
-    assert {message.get_srcSystem() for message in parse(vehicle.advance(4.0))} == {9}
+    assert {delivery.data[5] for delivery in vehicle.advance(4.0)} == {9}
 
 
 def test_a_reboot_in_flight_stops_the_rotors() -> None:
