@@ -36,6 +36,7 @@ def upload(
     console = Console()
 
     async def work(connection: Connection) -> int:
+        connection.status_texts.subscribe(lambda line: show(console, f"vehicle: {line.text}"))
         with transfer_bar(console) as progress:
             await upload_plan(connection, plan, progress)
         return connection.system_id

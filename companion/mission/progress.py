@@ -2,9 +2,10 @@
 
 import asyncio
 from collections import deque
-from collections.abc import AsyncIterator, Callable, Sequence
+from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple, TypeAlias
 
 from companion import clock
@@ -22,6 +23,8 @@ Announce: TypeAlias = Callable[[str], None]
 _POLL_S = 0.05
 _READY_WITHIN_S = 60.0
 """How long a vehicle that was just switched on may take until it can be armed."""
+_CHECKED_WITHIN_S = 3.0
+"""How long PX4 may take to look whether a mission that was just uploaded can be flown."""
 _ASK_AGAIN_S = 1.0
 _STARTS_WITHIN_S = 5.0
 _ARRIVES_WITHIN_S = 1.5
@@ -69,8 +72,10 @@ async def start_mission(
         FlightError: it accepted, but does not fly the mission.
     """
     if not telemetry.status.armed:
-        await _arm_when_ready(autopilot, announce)
-    await command(connection, mavlink.MAV_CMD_MISSION_START)
+        await _repeatedly(autopilot.arm, _READY_WITHIN_S, announce)
+    await _repeatedly(
+        partial(command, connection, mavlink.MAV_CMD_MISSION_START), _CHECKED_WITHIN_S, announce
+    )
     mode = _modes(connection).mission
     give_up_s = clock.now() + _STARTS_WITHIN_S
     while telemetry.status.custom_mode != mode:
@@ -139,19 +144,19 @@ def _modes(connection: Connection) -> _Modes:
     return _ARDUPILOT_MODES if connection.heartbeat.autopilot == _ARDUPILOT else _PX4_MODES
 
 
-async def _arm_when_ready(autopilot: Autopilot, announce: Announce) -> None:
-    """Arm, asking again while the vehicle is still getting ready."""
-    give_up_s = clock.now() + _READY_WITHIN_S
+async def _repeatedly(ask: Callable[[], Awaitable[None]], within_s: float, announce: Announce) -> None:
+    """Ask again while the vehicle refuses, for up to `within_s` (s); its last refusal is raised."""
+    give_up_s = clock.now() + within_s
     told = ""
     while True:
         try:
-            return await autopilot.arm()
+            return await ask()
         except RefusedError as refusal:
             if clock.now() >= give_up_s:
                 raise
             if str(refusal) != told:
                 told = str(refusal)
-                announce(f"not ready, trying for up to {_READY_WITHIN_S:g} s: {told}")
+                announce(f"not ready, trying for up to {within_s:g} s: {told}")
         await asyncio.sleep(_ASK_AGAIN_S)
 
 

@@ -5,6 +5,7 @@ ArduPilot counts home as item 0 of a mission, and takes 0 where PX4 takes NaN fo
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from companion.errors import FlightError, InputError
@@ -198,8 +199,11 @@ def _same(ours: WireItem, theirs: WireItem) -> bool:
         return True
     apart = max(abs(ours.x - theirs.x), abs(ours.y - theirs.y))
     higher_m = abs(ours.z - theirs.z)
-    same_frame = frame_from_number(ours.frame) is frame_from_number(theirs.frame)
-    return apart <= _SAME_PLACE and not higher_m > _SAME_ALTITUDE_M and same_frame
+    if apart > _SAME_PLACE or higher_m > _SAME_ALTITUDE_M:  # what was not given, NaN, is not compared
+        return False
+    with suppress(InputError):
+        return frame_from_number(ours.frame) is frame_from_number(theirs.frame)
+    return False
 
 
 def _shown(item: WireItem) -> str:

@@ -108,3 +108,18 @@ def test_no_mission_is_not_flown() -> None:
         assert not drone.telemetry.status.armed
 
     run(script, "sitl://bebop2")
+
+
+@BOTH
+def test_a_link_at_the_edge_of_its_range_carries_200_items_both_ways(vehicle: str) -> None:
+    async def script(drone: Drone) -> None:
+        mission = Mission().takeoff(5)
+        for number in range(199):
+            mission = mission.go(number % 10, number // 10, 5)
+        await drone.upload(mission)
+        sent, kept = mission.items(drone.home, drone.site.earth), (await drone.download()).mission
+        assert [item.command for item in kept] == [item.command for item in sent]
+        for ours, theirs in zip(sent, kept, strict=True):
+            assert theirs.coordinates == pytest.approx(ours.coordinates, abs=2e-7)
+
+    run(script, f"sitl://{vehicle}?conditions=lossy&seed=3")
