@@ -20,20 +20,17 @@ from sitl.firmware.ardupilot_path import path_limits
 from sitl.firmware.ardupilot_position import learn_hover, position_gains
 from sitl.firmware.ardupilot_takeoff import Phase, Takeoff
 from sitl.firmware.ardupilot_tuning import tuned_parameters
+from sitl.firmware.commander import Commander
+from sitl.firmware.fence_watch import FenceWatch
 from sitl.firmware.interface import (
     AttitudeTarget,
-    Battery,
     Estimate,
-    FenceStatus,
-    Health,
     Landed,
     Mode,
     Result,
     Setpoint,
     Severity,
-    StatusText,
 )
-from sitl.firmware.pilot import Pilot, Sticks
 from sitl.plan.plans import Plans
 from sitl.plant import STEPS_PER_TICK, TICK_S, Plant, TickNoise
 from sitl.quaternion import yaw_of
@@ -58,30 +55,20 @@ _HOVERING_M_S = 0.6
 _HOVERING_TILT = math.radians(5.0)
 
 
-class ArduPilot:
+class ArduPilot(Commander[ArduPilotParameters]):
     """Implements `interface.Firmware`; GUIDED is `Mode.OFFBOARD`, LOITER is `Mode.HOLD`."""
 
     def __init__(self, vehicle: Vehicle, estimator: Estimator, pack: Pack) -> None:
-        self._parameters = tuned_parameters(vehicle)
+        super().__init__(tuned_parameters(vehicle), estimator, pack, Mode.STABILIZE)
         self._loops = new_loops(vehicle, self._parameters)
         self._guidance = Guidance(self._parameters, self._loops.path)
-        self._estimator = estimator
-        self._pack = pack
-        self._mode = Mode.STABILIZE
         self._takeoff = Takeoff(self._parameters)
-        self._armed = False
         self._failsafe = False
-        self._time_s = 0.0
-        self._position_from_s = 0.0
         self._low_battery_s = 0.0
         self._ground_heard_s: float | None = None
-        self._terminated = False
-        self._pilot = Pilot()
-        self._was_piloted = False
         self._climbs_to: float | None = None
         self._setpoint_at_s: float | None = None
         self._resets = int(estimator.resets[0])
-        self._texts: list[StatusText] = []
         self._navigator = Navigator(
             self._parameters,
             estimator,
@@ -122,16 +109,6 @@ class ArduPilot:
         return AttitudeTarget(state.target.copy(), state.rates.copy(), float(self._loops.throttle[0]))
 
     @property
-    def mode(self) -> Mode:
-        """The mode that flies now, a failsafe's included."""
-        return self._mode
-
-    @property
-    def armed(self) -> bool:
-        """Whether the rotors may turn."""
-        return self._armed
-
-    @property
     def landed(self) -> Landed:
         """As the land detector has it."""
         if not self._in_flight:
@@ -146,37 +123,13 @@ class ArduPilot:
         return self._failsafe
 
     @property
-    def battery(self) -> Battery:
-        """As measured."""
-        remaining, voltage, current = self._pack.state.tolist()
-        return Battery(voltage_v=voltage, current_a=current, remaining=remaining)
-
-    @property
-    def health(self) -> Health:
-        """Of the sensors and of the estimate; ready to arm when nothing would refuse it in this mode."""
-        return Health(
-            sensors_ok=True, position_ok=self._position_ok, ready_to_arm=self._reason_not_to_arm() is None
-        )
-
-    @property
-    def parameters(self) -> ArduPilotParameters:
-        """What it flies by now."""
-        return self._parameters
-
-    @property
     def plans(self) -> Plans:
         """Mission, fence, rally points and home."""
         return self._navigator.plans
 
     @property
-    def fence_status(self) -> FenceStatus:
-        """Whether the fence is on, and broken."""
-        return self._navigator.fence.status
-
-    def take_status_texts(self) -> list[StatusText]:
-        """The texts since the last call, oldest first."""
-        texts, self._texts = self._texts, []
-        return texts
+    def _fence(self) -> FenceWatch:
+        return self._navigator.fence
 
     # What it is asked
 
@@ -229,10 +182,6 @@ class ArduPilot:
         """Only the ground station of SYSID_MYGCS counts."""
         if system_id == self._parameters.SYSID_MYGCS:
             self._ground_heard_s = self._time_s
-
-    def move_sticks(self, sticks: Sticks) -> None:
-        """The pilot's sticks are there now."""
-        self._pilot.move(sticks, self._time_s)
 
     def turn(self, yaw: float) -> Result:
         """Turn to a heading (rad) while the path stays."""
@@ -308,10 +257,6 @@ class ArduPilot:
             begin_control(self._loops, self._estimator)
 
     # What it does by itself
-
-    def wait_for_position(self, until_s: float) -> None:
-        """Have no position before this time (s)."""
-        self._position_from_s = until_s
 
     def begin_in_flight(self) -> None:
         """Fly already, armed, in GUIDED; the estimate says where."""
@@ -487,11 +432,6 @@ class ArduPilot:
     def _height(self) -> float:
         return float(self.plans.home[2] - self._estimator.position[2])
 
-    @property
-    def _position_ok(self) -> bool:
-        known = self._time_s >= self._position_from_s
-        return known and bool(np.isfinite(self._estimator.position).all())
-
     def _reason_not_to_enter(self, mode: Mode) -> str | None:
         if mode not in _NAMES:
             return "no such mode"
@@ -514,6 +454,3 @@ class ArduPilot:
         if self._low_battery_s > 0.0 or self._pack.state[1] < self._parameters.BATT_LOW_VOLT:
             return "Battery failsafe"
         return None
-
-    def _say(self, severity: Severity, text: str) -> None:
-        self._texts.append(StatusText(severity, text))

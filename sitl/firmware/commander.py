@@ -1,0 +1,106 @@
+"""What both autopilots' commanders have in common: their state, and what they report of it."""
+
+from abc import ABC, abstractmethod
+from typing import Generic, TypeVar
+
+import numpy as np
+
+from sitl.battery import Pack
+from sitl.estimator import Estimator
+from sitl.firmware.fence_watch import FenceWatch
+from sitl.firmware.interface import Battery, FenceStatus, Health, Mode, Severity, StatusText
+from sitl.firmware.parameters import Parameters
+from sitl.firmware.pilot import Pilot, Sticks
+from sitl.plan.plans import Plans
+
+P = TypeVar("P", bound=Parameters)
+
+
+class Commander(ABC, Generic[P]):
+    """The reporting half of `interface.Autopilot`.
+
+    Args:
+        parameters: what it flies by first.
+        estimator: what it believes.
+        pack: its battery.
+        mode: in which it boots.
+    """
+
+    def __init__(self, parameters: P, estimator: Estimator, pack: Pack, mode: Mode) -> None:
+        self._parameters = parameters
+        self._estimator = estimator
+        self._pack = pack
+        self._mode = mode
+        self._time_s = 0.0
+        self._position_from_s = 0.0
+        self._armed = False
+        self._terminated = False
+        self._pilot = Pilot()
+        self._was_piloted = False
+        self._texts: list[StatusText] = []
+
+    @property
+    @abstractmethod
+    def plans(self) -> Plans:
+        """Mission, fence, rally points and home."""
+
+    @property
+    @abstractmethod
+    def _fence(self) -> FenceWatch: ...
+
+    @abstractmethod
+    def _reason_not_to_arm(self) -> str | None: ...
+
+    @property
+    def parameters(self) -> P:
+        """What it flies by now."""
+        return self._parameters
+
+    @property
+    def mode(self) -> Mode:
+        """The mode that flies now, a failsafe's included."""
+        return self._mode
+
+    @property
+    def armed(self) -> bool:
+        """Whether the rotors may turn."""
+        return self._armed
+
+    @property
+    def battery(self) -> Battery:
+        """As measured."""
+        remaining, voltage, current = self._pack.state.tolist()
+        return Battery(voltage_v=voltage, current_a=current, remaining=remaining)
+
+    @property
+    def health(self) -> Health:
+        """Of the sensors and of the estimate; ready to arm when nothing would refuse it in this mode."""
+        return Health(
+            sensors_ok=True, position_ok=self._position_ok, ready_to_arm=self._reason_not_to_arm() is None
+        )
+
+    @property
+    def fence_status(self) -> FenceStatus:
+        """Whether the fence is on, and broken."""
+        return self._fence.status
+
+    def take_status_texts(self) -> list[StatusText]:
+        """The texts since the last call, oldest first."""
+        texts, self._texts = self._texts, []
+        return texts
+
+    def move_sticks(self, sticks: Sticks) -> None:
+        """The pilot's sticks are there now."""
+        self._pilot.move(sticks, self._time_s)
+
+    def wait_for_position(self, until_s: float) -> None:
+        """Have no position before this time (s)."""
+        self._position_from_s = until_s
+
+    @property
+    def _position_ok(self) -> bool:
+        known = self._time_s >= self._position_from_s
+        return known and bool(np.isfinite(self._estimator.position).all())
+
+    def _say(self, severity: Severity, text: str) -> None:
+        self._texts.append(StatusText(severity, text))
