@@ -11,6 +11,7 @@ from sitl.mavlink import (
     guided_commands,
     mission_telemetry,
     missions,
+    sticks,
     system_commands,
     targets,
     wellbeing,
@@ -74,7 +75,10 @@ _STREAMS: Mapping[int, tuple[int, ...]] = {
         mavlink.MAVLINK_MSG_ID_VIBRATION,
         wellbeing.EKF_STATUS_REPORT,
     ),
-    mavlink.MAV_DATA_STREAM_RC_CHANNELS: (mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW,),
+    mavlink.MAV_DATA_STREAM_RC_CHANNELS: (
+        mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW,
+        mavlink.MAVLINK_MSG_ID_RC_CHANNELS,
+    ),
 }
 """The messages in each stream, as far as they are told here."""
 
@@ -177,6 +181,7 @@ ARDUPILOT = Flavour(
         mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED: targets.position_target_local_ned,
         mavlink.MAVLINK_MSG_ID_ATTITUDE_TARGET: targets.attitude_target,
         mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW: targets.servo_output_raw,
+        mavlink.MAVLINK_MSG_ID_RC_CHANNELS: sticks.rc_channels,
         wellbeing.EKF_STATUS_REPORT: wellbeing.ekf_status_report,
     },
     commands=_COMMANDS,

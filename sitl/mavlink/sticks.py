@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING
 from pymavlink.dialects.v20 import common as mavlink
 
 from sitl.firmware.pilot import Sticks
+from sitl.mavlink.frames import Message
+from sitl.mavlink.telemetry import Report
 
 if TYPE_CHECKING:
     from sitl.mavlink.session import Session
@@ -12,10 +14,20 @@ if TYPE_CHECKING:
 _FULL = 1000.0
 _MIDDLE_US, _RANGE_US = 1500.0, 500.0
 _UNUSED = (0, 65535)
+_NOBODY_US = (1500, 1500, 1000, 1500, 1800, 1000, 1000, 1800, *[1000] * 8)
+"""What ArduPilot's simulator receives from a transmitter that nobody holds."""
+_UNKNOWN_STRENGTH = 255
 
 
 def _limited(value: float) -> float:
     return min(max(value, -1.0), 1.0)
+
+
+def rc_channels(state: Report) -> Message:
+    """RC_CHANNELS: a transmitter that nobody holds."""
+    channels = (*_NOBODY_US, *[_UNUSED[1]] * 2)
+    fields = (state.time_ms, len(_NOBODY_US), *channels, _UNKNOWN_STRENGTH)
+    return mavlink.MAVLink_rc_channels_message(*fields)
 
 
 def on_manual_control(session: "Session", message: mavlink.MAVLink_manual_control_message) -> None:

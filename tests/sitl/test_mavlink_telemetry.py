@@ -11,6 +11,7 @@ from pymavlink.dialects.v20 import common as mavlink
 from sitl.firmware.interface import Battery, Health, Landed, Mode, Setpoint
 from sitl.geodesy import HOME, geodetic_from_ned, ned_from_geodetic
 from sitl.mavlink.ardupilot import ARDUPILOT
+from sitl.mavlink.flavour import Flavour
 from sitl.mavlink.px4 import PX4
 from sitl.mavlink.telemetry import report
 from sitl.mavlink.wellbeing import ekf_status_report
@@ -37,9 +38,12 @@ def quaternion(roll: float, pitch: float, yaw: float) -> np.ndarray:
     )
 
 
-@pytest.mark.parametrize("message_id", sorted(PX4.writers))
-def test_every_writer_writes_its_own_message(message_id: int) -> None:
-    assert PX4.writers[message_id](report(FakeFirmware(), PX4, 1, 4, 1.0)).get_msgId() == message_id
+@pytest.mark.parametrize("flavour", [PX4, ARDUPILOT], ids=["px4", "ardupilot"])
+def test_every_writer_writes_its_own_message(flavour: Flavour) -> None:
+    state = report(FakeFirmware(), flavour, 1, 4, 1.0)
+    assert {number: write(state).get_msgId() for number, write in flavour.writers.items()} == {
+        number: number for number in flavour.writers
+    }
 
 
 def test_local_position_is_ned_in_metres() -> None:
