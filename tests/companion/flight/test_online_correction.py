@@ -141,3 +141,21 @@ def test_each_axis_is_desired_at_its_own_lead() -> None:
     for axis in range(3):
         assert position[axis] == trajectory.at(2.0 + preview.position_s[axis]).position[axis]
         assert velocity[axis] == trajectory.at(2.0 + preview.velocity_s[axis]).velocity[axis]
+
+
+@pytest.mark.parametrize("jumps", [True, False])
+def test_nothing_is_learned_across_a_jump_of_the_estimate(jumps: bool) -> None:
+    correction, trajectory = OnlineCorrection(DEFAULT), _wave()
+    tracker = Tracker(trajectory, 0.0, position_velocity, correction)
+    for k in range(200):
+        desired = trajectory.at(k * STEP_S)
+        state = _state(k * STEP_S, desired.position, desired.velocity)
+        tracker.observe(state)
+        if k < 100:
+            tracker.sent(tracker.step(state).u1, state)
+        if k == 99:
+            learned = len(correction._model)
+            if jumps:
+                tracker.forget_motion()
+    assert learned > 0
+    assert (len(correction._model) == learned) is jumps
