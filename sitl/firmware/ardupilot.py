@@ -11,13 +11,17 @@ import numpy as np
 from sitl.arrays import Vec3
 from sitl.battery import Pack
 from sitl.estimator import STEPS_PER_S, Estimator
-from sitl.firmware.ardupilot_attitude import attitude_gains, begin_attitude, rate_gains
+from sitl.firmware.ardupilot_failsafes import GroundLink, LowBattery
+from sitl.firmware.ardupilot_flight import (
+    begin_hovering,
+    learn_while_hovering,
+    with_parameters,
+    with_speed,
+)
 from sitl.firmware.ardupilot_guidance import Guidance
-from sitl.firmware.ardupilot_loops import begin_control, fly_tick, new_loops, start_sensors
+from sitl.firmware.ardupilot_loops import begin_control, fly_tick, new_loops
 from sitl.firmware.ardupilot_navigator import Navigator
 from sitl.firmware.ardupilot_parameters import ArduPilotParameters
-from sitl.firmware.ardupilot_path import path_limits
-from sitl.firmware.ardupilot_position import learn_hover, position_gains
 from sitl.firmware.ardupilot_takeoff import Phase, Takeoff
 from sitl.firmware.ardupilot_tuning import tuned_parameters
 from sitl.firmware.commander import Commander
@@ -46,13 +50,6 @@ _NAMES = {
     Mode.MISSION: "AUTO",
 }
 _MODES_TO_ARM_IN = frozenset((Mode.STABILIZE, Mode.HOLD, Mode.OFFBOARD))
-_BATTERY_ACTIONS = {0: None, 1: Mode.LAND, 2: Mode.RTL}
-_GO_ON_IN_GUIDED = 1 << 2
-"""Bit of FS_OPTIONS."""
-
-_HOVER_LEARNING_S = 10.0
-_HOVERING_M_S = 0.6
-_HOVERING_TILT = math.radians(5.0)
 
 
 class ArduPilot(Commander[ArduPilotParameters]):
@@ -64,8 +61,8 @@ class ArduPilot(Commander[ArduPilotParameters]):
         self._guidance = Guidance(self._parameters, self._loops.path)
         self._takeoff = Takeoff(self._parameters)
         self._failsafe = False
-        self._low_battery_s = 0.0
-        self._ground_heard_s: float | None = None
+        self._low_battery = LowBattery()
+        self._ground_link = GroundLink()
         self._climbs_to: float | None = None
         self._setpoint_at_s: float | None = None
         self._resets = int(estimator.resets[0])
@@ -113,7 +110,7 @@ class ArduPilot(Commander[ArduPilotParameters]):
         """As the land detector has it."""
         if not self._in_flight:
             return Landed.ON_GROUND
-        if self._mode is Mode.LAND:
+        if self._navigator.lands:
             return Landed.LANDING
         return Landed.IN_AIR if self._climbs_to is None else Landed.TAKING_OFF
 
@@ -136,14 +133,7 @@ class ArduPilot(Commander[ArduPilotParameters]):
     def set_parameter(self, name: str, value: float) -> None:
         """Fly by another value from now on; see `interface.Autopilot`."""
         self._parameters = p = self._parameters.changed(name, value)
-        self._loops = self._loops._replace(
-            limits=path_limits(p),
-            position=position_gains(p),
-            attitude=attitude_gains(p),
-            rates=rate_gains(p),
-            mixer=self._loops.mixer._replace(yaw_headroom=0.001 * p.MOT_YAW_HEADROOM),
-            headroom=p.ATC_THR_MIX_MAX,
-        )
+        self._loops = with_parameters(self._loops, p)
         self._guidance.use(p)
         self._navigator.use(p)
         self._takeoff.use(p)
@@ -180,8 +170,7 @@ class ArduPilot(Commander[ArduPilotParameters]):
 
     def hear_ground_station(self, system_id: int) -> None:
         """Only the ground station of SYSID_MYGCS counts."""
-        if system_id == self._parameters.SYSID_MYGCS:
-            self._ground_heard_s = self._time_s
+        self._ground_link.hear(self._parameters, system_id, self._time_s)
 
     def turn(self, yaw: float) -> Result:
         """Turn to a heading (rad) while the path stays."""
@@ -223,10 +212,7 @@ class ArduPilot(Commander[ArduPilotParameters]):
 
     def change_speed(self, speed_m_s: float) -> Result:
         """Keep to this ground speed until the mode changes; WPNAV_SPEED for 0 and below."""
-        limits = path_limits(self._parameters)
-        if speed_m_s > 0.0:
-            limits = limits._replace(speed=speed_m_s)
-        self._loops = self._loops._replace(limits=limits)
+        self._loops = with_speed(self._loops, self._parameters, speed_m_s)
         return Result.ACCEPTED
 
     def enable_fence(self, *, enabled: bool) -> Result:
@@ -264,13 +250,7 @@ class ArduPilot(Commander[ArduPilotParameters]):
         self._mode = Mode.OFFBOARD
         self._takeoff.enter(Phase.FLIGHT)
         self._navigator.begin_flight()
-        loops, e = self._loops, self._estimator
-        start_sensors(loops.sensors, e.rates, float(e.velocity[2]))
-        begin_attitude(loops.attitude_state, e.attitude, e.rates)
-        hover = loops.position_state.scalars[1]
-        loops.throttle[0] = loops.position_state.scalars[0] = hover
-        loops.thrusts[:] = hover
-        begin_control(loops, e)
+        begin_hovering(self._loops, self._estimator)
         self._guidance.stop()
 
     def fly_tick(self, plant: Plant, first_step: int, noise: TickNoise) -> None:
@@ -319,7 +299,7 @@ class ArduPilot(Commander[ArduPilotParameters]):
             self._follow_sticks()
         self._watch_climb()
         if self._parameters.MOT_HOVER_LEARN:
-            self._learn_hover()
+            learn_while_hovering(self._loops, self._estimator)
 
     def _follow_sticks(self) -> None:
         """In LOITER sticks move the vehicle, and let go leave it where it comes to rest."""
@@ -373,22 +353,12 @@ class ArduPilot(Commander[ArduPilotParameters]):
         self._navigator.end_flight()
         self._say(Severity.INFO, "Disarming motors")
 
-    def _learn_hover(self) -> None:
-        e, throttle = self._estimator, float(self._loops.throttle[0])
-        tilt = 2.0 * math.asin(min(1.0, math.hypot(e.attitude[1], e.attitude[2])))
-        if abs(e.velocity[2]) < _HOVERING_M_S and tilt < _HOVERING_TILT and throttle > 0.0:
-            learn_hover(self._loops.position_state, throttle, TICK_S, _HOVER_LEARNING_S)
-
     def _watch_battery(self) -> None:
         """Warn when the voltage stays low, and land or return if BATT_FS_LOW_ACT says so."""
-        p = self._parameters
-        low = self._pack.state[1] < p.BATT_LOW_VOLT
-        before_s = self._low_battery_s
-        self._low_battery_s = before_s + TICK_S if low else 0.0
-        if not before_s < p.BATT_LOW_TIMER <= self._low_battery_s:
+        if not self._low_battery.begins(self._parameters, float(self._pack.state[1])):
             return
         self._say(Severity.WARNING, f"Battery 1 is low {self._pack.state[1]:.2f}V")
-        action = _BATTERY_ACTIONS[p.BATT_FS_LOW_ACT]
+        action = self._low_battery.action(self._parameters)
         if action is not None and self._in_flight and self._mode is not Mode.LAND:
             self._enter(action)
             self._failsafe = True
@@ -396,16 +366,14 @@ class ArduPilot(Commander[ArduPilotParameters]):
 
     def _watch_ground_link(self) -> None:
         """FS_GCS_ENABLE, once a ground station has been heard at all."""
-        p, heard_s = self._parameters, self._ground_heard_s
-        if not p.FS_GCS_ENABLE or heard_s is None or self._time_s - heard_s <= p.FS_GCS_TIMEOUT:
+        if not self._ground_link.breaks(self._parameters, self._time_s):
             return
-        self._ground_heard_s = None
         self._say(Severity.WARNING, "GCS Failsafe")
-        goes_on = self._mode is Mode.OFFBOARD and p.FS_OPTIONS & _GO_ON_IN_GUIDED
+        action = self._ground_link.action(self._parameters, self._mode)
         if not self._in_flight:
             self._disarm()
-        elif not goes_on and self._mode is not Mode.LAND:
-            self._enter(Mode.LAND if p.FS_GCS_ENABLE == 5 else Mode.RTL)
+        elif action is not None:
+            self._enter(action)
             self._failsafe = True
 
     def _follow_resets(self) -> None:
@@ -451,6 +419,6 @@ class ArduPilot(Commander[ArduPilotParameters]):
             return f"{_NAMES[self._mode]} mode not armable"
         if not self._position_ok:
             return "Need Position Estimate"
-        if self._low_battery_s > 0.0 or self._pack.state[1] < self._parameters.BATT_LOW_VOLT:
+        if self._low_battery.forbids_arming(self._parameters, float(self._pack.state[1])):
             return "Battery failsafe"
         return None
