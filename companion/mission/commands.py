@@ -2,18 +2,7 @@
 
 from companion.link.dialect import mavlink
 
-_ARDUPILOT = {
-    83: "NAV_ALTITUDE_WAIT",
-    215: "DO_SET_RESUME_REPEAT_DIST",
-    216: "DO_SPRAYER",
-    217: "DO_SEND_SCRIPT_MESSAGE",
-    218: "DO_AUX_FUNCTION",
-    42702: "NAV_SCRIPT_TIME",
-    42703: "NAV_ATTITUDE_TIME",
-}
-"""Commands of ArduPilot's missions that are none of the common dialect's."""
-
-_NAMES = _ARDUPILOT | {
+_NAMES = {
     number: entry.name.removeprefix("MAV_CMD_")
     for number, entry in mavlink.enums["MAV_CMD"].items()
     if number != mavlink.MAV_CMD_ENUM_END
@@ -52,7 +41,7 @@ LOCATED = FLOWN_TO | {
 
 
 def is_known(command: int) -> bool:
-    """Whether MAVLink or ArduPilot knows this MAV_CMD."""
+    """Whether MAVLink knows this MAV_CMD, ArduPilot's own ones included."""
     return command in _NAMES
 
 

@@ -73,6 +73,7 @@ async def start_mission(
     """
     if not telemetry.status.armed:
         await _repeatedly(autopilot.arm, _READY_WITHIN_S, announce)
+    connection.send(mavlink.MAVLink_mission_set_current_message(*connection.target, _first_item(connection)))
     await _repeatedly(
         partial(command, connection, mavlink.MAV_CMD_MISSION_START), _CHECKED_WITHIN_S, announce
     )
@@ -144,6 +145,11 @@ def _modes(connection: Connection) -> _Modes:
     return _ARDUPILOT_MODES if connection.heartbeat.autopilot == _ARDUPILOT else _PX4_MODES
 
 
+def _first_item(connection: Connection) -> int:
+    """The vehicle's number of a mission's first item: ArduPilot has home before it."""
+    return int(connection.heartbeat.autopilot == _ARDUPILOT)
+
+
 async def _repeatedly(ask: Callable[[], Awaitable[None]], within_s: float, announce: Announce) -> None:
     """Ask again while the vehicle refuses, for up to `within_s` (s); its last refusal is raised."""
     give_up_s = clock.now() + within_s
@@ -178,7 +184,7 @@ class _Watch:
         self.is_complete = False
         self.on_mission_s = clock.now()
         self.farthest = -1
-        self._first = int(connection.heartbeat.autopilot == _ARDUPILOT)  # item 0 of ArduPilot is home
+        self._first = _first_item(connection)
         self._ends = (
             connection.subscribe(mavlink.MAVLink_mission_item_reached_message, self._on_reached),
             connection.subscribe(mavlink.MAVLink_mission_current_message, self._on_current),

@@ -62,6 +62,20 @@ def test_what_is_on_board_can_be_flown_again(vehicle: str) -> None:
 
 
 @BOTH
+def test_a_mission_that_was_broken_off_is_flown_from_its_start(vehicle: str) -> None:
+    async def script(drone: Drone) -> None:
+        await drone.upload(Mission().takeoff(3).go(4, 0, 3).go(8, 0, 3).go(12, 0, 3))
+        async for reached in drone.fly():
+            if reached.index == 2:
+                break
+        await drone.hold()
+        again = [reached.index async for reached in drone.fly()]
+        assert again[-3:] == [1, 2, 3]
+
+    run(script, f"sitl://{vehicle}")
+
+
+@BOTH
 def test_jumps_are_flown(vehicle: str) -> None:
     async def script(drone: Drone) -> None:
         await drone.upload(Mission().takeoff(3).go(4, 0, 3).go(0, 0, 3).repeat(1, 1).go(0, 4, 3))
