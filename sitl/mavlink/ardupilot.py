@@ -20,7 +20,7 @@ from sitl.mavlink.commands import COMMANDS, Command, acknowledge, set_mode, whol
 from sitl.mavlink.flavour import Execute, Flavour
 from sitl.mavlink.global_setpoints import as_local
 from sitl.mavlink.guided_setpoints import read_guided_setpoint
-from sitl.mavlink.links import TELEMETRY
+from sitl.mavlink.links import CURRENT_MODE, TELEMETRY
 from sitl.mavlink.mission_commands import ARDUPILOT_COMMANDS
 from sitl.mavlink.mission_wires import ARDUPILOT_MISSIONS
 from sitl.mavlink.session import Session
@@ -176,6 +176,7 @@ ARDUPILOT = Flavour(
         **WRITERS,
         mavlink.MAVLINK_MSG_ID_MISSION_CURRENT: mission_telemetry.ardupilot_mission_current,
         mission_telemetry.FENCE_STATUS: mission_telemetry.fence_status,
+        CURRENT_MODE: wellbeing.current_mode,
         mavlink.MAVLINK_MSG_ID_SYSTEM_TIME: wellbeing.system_time,
         mavlink.MAVLINK_MSG_ID_VIBRATION: wellbeing.vibration,
         mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED: targets.position_target_local_ned,

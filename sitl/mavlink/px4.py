@@ -18,7 +18,7 @@ from sitl.mavlink.commands import (
 )
 from sitl.mavlink.flavour import Flavour
 from sitl.mavlink.global_setpoints import as_local
-from sitl.mavlink.links import GROUND_STATION, OFFBOARD
+from sitl.mavlink.links import CURRENT_MODE, GROUND_STATION, OFFBOARD
 from sitl.mavlink.mission_commands import PX4_COMMANDS
 from sitl.mavlink.mission_wires import PX4_MISSIONS
 from sitl.mavlink.session import Session
@@ -168,6 +168,7 @@ PX4 = Flavour(
     writers={
         **WRITERS,
         mavlink.MAVLINK_MSG_ID_MISSION_CURRENT: mission_telemetry.px4_mission_current,
+        CURRENT_MODE: wellbeing.current_mode,
         mavlink.MAVLINK_MSG_ID_SYSTEM_TIME: wellbeing.system_time,
         mavlink.MAVLINK_MSG_ID_VIBRATION: wellbeing.vibration,
         mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS: wellbeing.estimator_status,

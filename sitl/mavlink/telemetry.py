@@ -7,16 +7,13 @@ time_boot_ms and time_usec are the time of the simulation.
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import cast
 
 from pymavlink.dialects.v20 import common as mavlink
-from pymavlink.dialects.v20.development import MAVLink_current_mode_message
 
 from sitl.firmware.interface import Autopilot, Landed
 from sitl.geodesy import HOME, Geodetic, geodetic_from_ned
 from sitl.mavlink.flavour import Flavour
 from sitl.mavlink.frames import Message
-from sitl.mavlink.links import CURRENT_MODE
 
 _Three = tuple[float, float, float]
 
@@ -25,7 +22,6 @@ _UINT16 = (0, 2**16 - 1)
 _NAN = math.nan
 _NO_COVARIANCE = [_NAN] * 21
 _UNKNOWN_CELL_MV = 65535
-_NON_STANDARD_MODE = 0
 _UID = 0x5349544C << 8  # "SITL"
 
 
@@ -143,13 +139,6 @@ def heartbeat(state: Report) -> Message:
         system_status=flavour.system_status(firmware),
         mavlink_version=3,
     )
-
-
-def current_mode(state: Report) -> Message:
-    """CURRENT_MODE: the mode alone, at whatever rate a peer likes."""
-    number = state.flavour.custom_modes[state.firmware.mode]
-    message = MAVLink_current_mode_message(_NON_STANDARD_MODE, number, intended_custom_mode=number)
-    return cast(Message, message)  # pymavlink gives each dialect a base class of its own
 
 
 def autopilot_version(state: Report) -> Message:
@@ -396,6 +385,5 @@ WRITERS: Mapping[int, Callable[[Report], Message]] = {
     mavlink.MAVLINK_MSG_ID_HOME_POSITION: home_position,
     mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: extended_sys_state,
     mavlink.MAVLINK_MSG_ID_ODOMETRY: odometry,
-    CURRENT_MODE: current_mode,
 }
 """What every autopilot can stream or be asked for, by message id."""

@@ -1,15 +1,17 @@
-"""What the vehicle tells of its clock, its estimator and its vibrations."""
+"""What the vehicle tells of its clock, its mode, its estimator and its vibrations."""
 
 import math
 from typing import cast
 
 from pymavlink.dialects.v20 import common as mavlink
 from pymavlink.dialects.v20.ardupilotmega import MAVLink_ekf_status_report_message
+from pymavlink.dialects.v20.development import MAVLink_current_mode_message
 
 from sitl.mavlink.frames import Message
 from sitl.mavlink.telemetry import Report
 
 EKF_STATUS_REPORT: int = MAVLink_ekf_status_report_message.id
+_NON_STANDARD_MODE = 0
 _BOOT_US = 1_767_225_600_000_000
 """Unix time at which every simulation boots: the first second of 2026."""
 _WITHOUT_POSITION = (
@@ -39,6 +41,13 @@ def _flags(state: Report) -> int:
 def system_time(state: Report) -> Message:
     """SYSTEM_TIME: a date that does not depend on when the simulation runs, and the time since boot."""
     return mavlink.MAVLink_system_time_message(_BOOT_US + state.time_us, state.time_ms)
+
+
+def current_mode(state: Report) -> Message:
+    """CURRENT_MODE: the mode alone, at whatever rate a peer likes."""
+    number = state.flavour.custom_modes[state.firmware.mode]
+    message = MAVLink_current_mode_message(_NON_STANDARD_MODE, number, intended_custom_mode=number)
+    return cast(Message, message)  # pymavlink gives each dialect a base class of its own
 
 
 def vibration(state: Report) -> Message:
