@@ -14,6 +14,7 @@ from sitl.estimator import STEPS_PER_S, Estimator
 from sitl.firmware.ardupilot_failsafes import GroundLink, LowBattery
 from sitl.firmware.ardupilot_flight import (
     begin_hovering,
+    estimate_now,
     learn_while_hovering,
     with_parameters,
     with_speed,
@@ -25,7 +26,6 @@ from sitl.firmware.ardupilot_parameters import ArduPilotParameters
 from sitl.firmware.ardupilot_takeoff import Phase, Takeoff
 from sitl.firmware.ardupilot_tuning import tuned_parameters
 from sitl.firmware.commander import Commander
-from sitl.firmware.fence_watch import FenceWatch
 from sitl.firmware.interface import (
     AttitudeTarget,
     Estimate,
@@ -35,7 +35,6 @@ from sitl.firmware.interface import (
     Setpoint,
     Severity,
 )
-from sitl.plan.plans import Plans
 from sitl.plant import STEPS_PER_TICK, TICK_S, Plant, TickNoise
 from sitl.quaternion import yaw_of
 from sitl.vehicle import Vehicle
@@ -76,23 +75,14 @@ class ArduPilot(Commander[ArduPilotParameters]):
             enable_fence=lambda enabled: self.enable_fence(enabled=enabled),
             say=self._say,
         )
+        self.plans, self._fence = self._navigator.plans, self._navigator.fence
 
     # What it reports
 
     @property
     def estimate(self) -> Estimate:
         """A copy of the estimate of this instant."""
-        e = self._estimator
-        wanted = self._loops.position_state.wanted
-        return Estimate(
-            time_s=self._time_s,
-            position=e.position.copy(),
-            velocity=e.velocity.copy(),
-            acceleration=np.array((wanted[0], wanted[1], self._loops.sensors.down[1])),
-            attitude=e.attitude.copy(),
-            rates=e.rates.copy(),
-            resets=self._resets,
-        )
+        return estimate_now(self._loops, self._estimator, self._time_s)
 
     @property
     def active_setpoint(self) -> Setpoint:
@@ -118,15 +108,6 @@ class ArduPilot(Commander[ArduPilotParameters]):
     def failsafe(self) -> bool:
         """Whether a failsafe chose the present mode."""
         return self._failsafe
-
-    @property
-    def plans(self) -> Plans:
-        """Mission, fence, rally points and home."""
-        return self._navigator.plans
-
-    @property
-    def _fence(self) -> FenceWatch:
-        return self._navigator.fence
 
     # What it is asked
 
@@ -322,8 +303,7 @@ class ArduPilot(Commander[ArduPilotParameters]):
         if not self._in_flight:
             self._disarm()
         elif self._mode is not Mode.LAND:
-            self._enter(mode)
-            self._failsafe = True
+            self._fail_into(mode)
 
     def _lift_off(self, down: float) -> None:
         """Take off to a height, NED (m)."""
@@ -360,8 +340,7 @@ class ArduPilot(Commander[ArduPilotParameters]):
         self._say(Severity.WARNING, f"Battery 1 is low {self._pack.state[1]:.2f}V")
         action = self._low_battery.action(self._parameters)
         if action is not None and self._in_flight and self._mode is not Mode.LAND:
-            self._enter(action)
-            self._failsafe = True
+            self._fail_into(action)
             self._say(Severity.CRITICAL, f"Battery Failsafe, mode {_NAMES[action]}")
 
     def _watch_ground_link(self) -> None:
@@ -373,8 +352,7 @@ class ArduPilot(Commander[ArduPilotParameters]):
         if not self._in_flight:
             self._disarm()
         elif action is not None:
-            self._enter(action)
-            self._failsafe = True
+            self._fail_into(action)
 
     def _follow_resets(self) -> None:
         """Let the path jump along with the estimate, so that the vehicle does not."""
@@ -382,6 +360,10 @@ class ArduPilot(Commander[ArduPilotParameters]):
             self._resets = int(self._estimator.resets[0])
             self._loops.path.position[:] += self._estimator.jump[0]
             self._loops.path.velocity[:] += self._estimator.jump[1]
+
+    def _fail_into(self, mode: Mode) -> None:
+        self._enter(mode)
+        self._failsafe = True
 
     def _enter(self, mode: Mode) -> None:
         self._mode = mode

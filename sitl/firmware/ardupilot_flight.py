@@ -1,6 +1,8 @@
-"""What changes ArduPilot's loops from outside: parameters, a beginning in flight, and the learnt hover."""
+"""ArduPilot's loops from outside: their estimate, and what parameters, a start in flight or hover change."""
 
 import math
+
+import numpy as np
 
 from sitl.estimator import Estimator
 from sitl.firmware.ardupilot_attitude import attitude_gains, begin_attitude, rate_gains
@@ -8,6 +10,7 @@ from sitl.firmware.ardupilot_loops import Loops, begin_control, start_sensors
 from sitl.firmware.ardupilot_parameters import ArduPilotParameters
 from sitl.firmware.ardupilot_path import path_limits
 from sitl.firmware.ardupilot_position import learn_hover, position_gains
+from sitl.firmware.interface import Estimate
 from sitl.plant import TICK_S
 
 _HOVER_LEARNING_S = 10.0
@@ -49,3 +52,17 @@ def learn_while_hovering(loops: Loops, estimate: Estimator) -> None:
     tilt = 2.0 * math.asin(min(1.0, math.hypot(estimate.attitude[1], estimate.attitude[2])))
     if abs(estimate.velocity[2]) < _HOVERING_M_S and tilt < _HOVERING_TILT and throttle > 0.0:
         learn_hover(loops.position_state, throttle, TICK_S, _HOVER_LEARNING_S)
+
+
+def estimate_now(loops: Loops, estimator: Estimator, time_s: float) -> Estimate:
+    """A copy of the estimate, with the acceleration that the loops make of it."""
+    wanted = loops.position_state.wanted
+    return Estimate(
+        time_s=time_s,
+        position=estimator.position.copy(),
+        velocity=estimator.velocity.copy(),
+        acceleration=np.array((wanted[0], wanted[1], loops.sensors.down[1])),
+        attitude=estimator.attitude.copy(),
+        rates=estimator.rates.copy(),
+        resets=int(estimator.resets[0]),
+    )

@@ -24,7 +24,13 @@ class Commander(ABC, Generic[P]):
         estimator: what it believes.
         pack: its battery.
         mode: in which it boots.
+
+    Attributes:
+        plans: mission, fence, rally points and home; of the navigator, as is the fence's state.
     """
+
+    plans: Plans
+    _fence: FenceWatch
 
     def __init__(self, parameters: P, estimator: Estimator, pack: Pack, mode: Mode) -> None:
         self._parameters = parameters
@@ -38,15 +44,6 @@ class Commander(ABC, Generic[P]):
         self._pilot = Pilot()
         self._was_piloted = False
         self._texts: list[StatusText] = []
-
-    @property
-    @abstractmethod
-    def plans(self) -> Plans:
-        """Mission, fence, rally points and home."""
-
-    @property
-    @abstractmethod
-    def _fence(self) -> FenceWatch: ...
 
     @abstractmethod
     def _reason_not_to_arm(self) -> str | None: ...

@@ -12,7 +12,6 @@ from sitl.arrays import Vec3
 from sitl.battery import Pack
 from sitl.estimator import STEPS_PER_S, Estimator
 from sitl.firmware.commander import Commander
-from sitl.firmware.fence_watch import FenceWatch
 from sitl.firmware.interface import (
     AttitudeTarget,
     Estimate,
@@ -30,7 +29,6 @@ from sitl.firmware.px4_offboard import Offboard
 from sitl.firmware.px4_parameters import Px4Parameters
 from sitl.firmware.px4_takeoff import LandDetector, TakeoffPhase
 from sitl.firmware.px4_tuning import tuned_parameters
-from sitl.plan.plans import Plans
 from sitl.plant import STEPS_PER_TICK, TICK_S, Plant, TickNoise
 from sitl.vehicle import Vehicle
 
@@ -48,6 +46,7 @@ class Px4(Commander[Px4Parameters]):
         self._control = Control(vehicle, self._parameters, estimator)
         self._guidance = Guidance(self._parameters, estimator, self._control.setpoint, TICK_S)
         self._navigator = Navigator(self._parameters, estimator, self._guidance, self._say)
+        self.plans, self._fence = self._navigator.plans, self._navigator.fence
         self._land_detector = LandDetector(self._parameters)
         self._has_flown = False
         self._idle_since_s = 0.0
@@ -95,15 +94,6 @@ class Px4(Commander[Px4Parameters]):
     def failsafe(self) -> bool:
         """Whether a failsafe chose the present mode."""
         return self._offboard_interrupted or self._link_failsafe or self._battery_watch.level > 1
-
-    @property
-    def plans(self) -> Plans:
-        """Mission, fence, rally points and home."""
-        return self._navigator.plans
-
-    @property
-    def _fence(self) -> FenceWatch:
-        return self._navigator.fence
 
     # What it is asked
 
