@@ -52,14 +52,18 @@ _MODES_TO_ARM_IN = frozenset((Mode.STABILIZE, Mode.HOLD, Mode.OFFBOARD))
 
 
 class ArduPilot(Commander[ArduPilotParameters]):
-    """Implements `interface.Firmware`; GUIDED is `Mode.OFFBOARD`, LOITER is `Mode.HOLD`."""
+    """Implements `interface.Firmware`; GUIDED is `Mode.OFFBOARD`, LOITER is `Mode.HOLD`.
+
+    Attributes:
+        failsafe: whether a failsafe chose the present mode.
+    """
 
     def __init__(self, vehicle: Vehicle, estimator: Estimator, pack: Pack) -> None:
         super().__init__(tuned_parameters(vehicle), estimator, pack, Mode.STABILIZE)
         self._loops = new_loops(vehicle, self._parameters)
         self._guidance = Guidance(self._parameters, self._loops.path)
         self._takeoff = Takeoff(self._parameters)
-        self._failsafe = False
+        self.failsafe = False
         self._low_battery = LowBattery()
         self._ground_link = GroundLink()
         self._climbs_to: float | None = None
@@ -103,11 +107,6 @@ class ArduPilot(Commander[ArduPilotParameters]):
         if self._navigator.lands:
             return Landed.LANDING
         return Landed.IN_AIR if self._climbs_to is None else Landed.TAKING_OFF
-
-    @property
-    def failsafe(self) -> bool:
-        """Whether a failsafe chose the present mode."""
-        return self._failsafe
 
     # What it is asked
 
@@ -164,7 +163,7 @@ class ArduPilot(Commander[ArduPilotParameters]):
         if reason is not None:
             self._say(Severity.WARNING, f"Mode change to {_NAMES.get(mode, mode.name)} failed: {reason}")
             return Result.FAILED
-        self._failsafe = False
+        self.failsafe = False
         if mode is not self._mode:
             self._enter(mode)
         return Result.ACCEPTED
@@ -176,7 +175,7 @@ class ArduPilot(Commander[ArduPilotParameters]):
             or not self._armed
             or self._in_flight
             or altitude_m is None
-            or not altitude_m > self._height
+            or not altitude_m > float(self.plans.home[2] - self._estimator.position[2])
         ):
             return Result.FAILED
         self._setpoint_at_s = None
@@ -205,7 +204,7 @@ class ArduPilot(Commander[ArduPilotParameters]):
         """GUIDED to another place, NED (m, rad); NaN keeps what is."""
         if self._reason_not_to_enter(Mode.OFFBOARD) is not None:
             return Result.DENIED
-        self._failsafe = False
+        self.failsafe = False
         if self._mode is not Mode.OFFBOARD:
             self._enter(Mode.OFFBOARD)
         self._interrupt_takeoff()
@@ -306,7 +305,6 @@ class ArduPilot(Commander[ArduPilotParameters]):
             self._fail_into(mode)
 
     def _lift_off(self, down: float) -> None:
-        """Take off to a height, NED (m)."""
         self._takeoff.enter(Phase.LIFTING)
         self._climbs_to = down
 
@@ -344,7 +342,6 @@ class ArduPilot(Commander[ArduPilotParameters]):
             self._say(Severity.CRITICAL, f"Battery Failsafe, mode {_NAMES[action]}")
 
     def _watch_ground_link(self) -> None:
-        """FS_GCS_ENABLE, once a ground station has been heard at all."""
         if not self._ground_link.breaks(self._parameters, self._time_s):
             return
         self._say(Severity.WARNING, "GCS Failsafe")
@@ -363,7 +360,7 @@ class ArduPilot(Commander[ArduPilotParameters]):
 
     def _fail_into(self, mode: Mode) -> None:
         self._enter(mode)
-        self._failsafe = True
+        self.failsafe = True
 
     def _enter(self, mode: Mode) -> None:
         self._mode = mode
@@ -377,10 +374,6 @@ class ArduPilot(Commander[ArduPilotParameters]):
     @property
     def _in_flight(self) -> bool:
         return self._takeoff.phase is Phase.FLIGHT
-
-    @property
-    def _height(self) -> float:
-        return float(self.plans.home[2] - self._estimator.position[2])
 
     def _reason_not_to_enter(self, mode: Mode) -> str | None:
         if mode not in _NAMES:

@@ -1,8 +1,7 @@
 """A simulated PX4: modes, arming, failsafes, and the controllers behind them.
 
 Behaviour follows PX4's documentation (https://docs.px4.io/main/en/flight_modes_mc/ and
-https://docs.px4.io/main/en/config/safety.html) as far as it is modelled.
-"""
+https://docs.px4.io/main/en/config/safety.html) as far as it is modelled."""
 
 import math
 
@@ -238,7 +237,9 @@ class Px4(Commander[Px4Parameters]):
             self._watch_pilot()
             self._watch_ground_link()
             self._watch_battery()
-            self._navigate()
+            following = self._navigator.update(self._mode, self._time_s, landed=self.on_ground)
+            if following is not None:
+                self._enter(following)
         p, takeoff = self._parameters, self._control.takeoff
         takeoff.update(armed=self._armed, landed=self.on_ground, wanted=self._wants_takeoff(), dt=TICK_S)
         climb = p.MPC_TKO_SPEED if self._mode is Mode.TAKEOFF else p.MPC_Z_VEL_MAX_UP
@@ -372,23 +373,11 @@ class Px4(Commander[Px4Parameters]):
             self._say(Severity.WARNING, f"Low battery: {remaining:.0%}")
             return
         self._offboard_interrupted = False
-        self._enter(action)
-        self._say(Severity.CRITICAL, f"Failsafe: battery at {remaining:.0%}, mode {action.name}")
+        self._act(action, f"battery at {remaining:.0%}")
 
     def _enter(self, mode: Mode) -> None:
         self._mode = mode
         self._navigator.enter(mode)
-
-    def _navigate(self) -> None:
-        """Fly mission and return, and mind the fence."""
-        navigator = self._navigator
-        navigator.landed = self.on_ground
-        following = navigator.update(self._mode, self._time_s)
-        breached = navigator.broken_fence(self._time_s)
-        if breached is not None and not self.on_ground and self._mode is not Mode.LAND:
-            self._enter(breached)
-        elif following is not None:
-            self._enter(following)
 
     def _offboard_is_alive(self) -> bool:
         age_s = self._offboard.age_s(self._time_s)

@@ -79,15 +79,19 @@ class Navigator:
         """Ground speed (m/s) of the present mode and of the mission; below 0 the usual one."""
         self._guidance.speed = speed_m_s if speed_m_s > 0.0 else None
 
-    def update(self, mode: Mode, time_s: float) -> Mode | None:
-        """Follow mission or return; the mode that should come next, if this one is done."""
+    def update(self, mode: Mode, time_s: float, *, landed: bool) -> Mode | None:
+        """Follow mission or return, and mind the fence; the mode that should come next, if another should."""
+        self.landed = landed
+        breached = self._broken_fence(time_s)
+        if breached is not None and not landed and mode is not Mode.LAND:
+            return breached
         if mode is Mode.MISSION:
             return self._follow_mission(time_s)
         if mode is Mode.RTL:
             self._wait_over_landing(time_s)
         return None
 
-    def broken_fence(self, time_s: float) -> Mode | None:
+    def _broken_fence(self, time_s: float) -> Mode | None:
         """What a breach of the fence asks for now: a mode, or a warning only."""
         p = self._parameters
         if not self.fence.update(self._limits, self._estimate.position, self.plans.home, time_s):
