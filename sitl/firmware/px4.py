@@ -1,7 +1,7 @@
 """A simulated PX4: modes, arming, failsafes, and the controllers behind them.
 
-Behaviour follows PX4's documentation (https://docs.px4.io/main/en/flight_modes_mc/ and
-https://docs.px4.io/main/en/config/safety.html) as far as it is modelled."""
+As https://docs.px4.io/main/en/flight_modes_mc/ and https://docs.px4.io/main/en/config/safety.html say.
+"""
 
 import math
 
