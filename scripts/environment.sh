@@ -60,6 +60,22 @@ fingerprint() {
     (cd "$root" && pwd && cat pyproject.toml constraints.txt) | sha256sum | cut -d ' ' -f 1
 }
 
+# The clients of other makers that the tests drive, each in .venv-peers/NAME with what tests/peers/NAME.txt lists.
+# Without dependencies, which are listed too: MAVProxy names a gigabyte of graphics that it does not need here.
+prepare_peers() {
+    local name place wanted
+    for name in mavproxy dronekit; do
+        place="$root/.venv-peers/$name"
+        wanted="$root/tests/peers/$name.txt"
+        if cmp -s "$wanted" "$place/installed"; then continue; fi
+        say "Installing $name into $place (once)"
+        rm -rf "$place"
+        "$venv/bin/python" -m venv "$place"
+        "$place/bin/python" -m pip install -qq --disable-pip-version-check --no-deps -r "$wanted"
+        cp "$wanted" "$place/installed"
+    done
+}
+
 prepare() {
     make_venv
     local extra current missing=() options=()
