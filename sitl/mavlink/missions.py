@@ -203,7 +203,8 @@ def on_request_list(session: Session, message: mavlink.MAVLink_mission_request_l
         return
     plan = session.firmware.plans[kind]
     opaque_id = plan.opaque_id if session.flavour.missions.has_ids else 0
-    session.send(MissionCount(*_peer(message), len(plan), kind, opaque_id))
+    count = max(len(plan), 1) if _begins_with_home(session, kind) else len(plan)
+    session.send(MissionCount(*_peer(message), count, kind, opaque_id))
 
 
 def on_request(session: Session, message: mavlink.MAVLink_mission_request_message) -> None:
@@ -236,12 +237,17 @@ def _requested(session: Session, message: Any) -> Item | None:
     kind = _kind(message)
     items = session.firmware.plans[kind].items if kind is not None else ()
     number = int(message.seq)
+    if number == 0 and _begins_with_home(session, kind):
+        return _home_item(session)
     if number >= len(items):
         _acknowledge(session, _peer(message), message.mission_type, mavlink.MAV_MISSION_ERROR)
         return None
-    if kind is PlanKind.MISSION and session.flavour.missions.has_home and number == 0:
-        return _home_item(session)
     return items[number]
+
+
+def _begins_with_home(session: Session, kind: PlanKind | None) -> bool:
+    """ArduPilot keeps home as item 0 of its mission, even of an empty one once home is known."""
+    return kind is PlanKind.MISSION and session.flavour.missions.has_home
 
 
 def _home_item(session: Session) -> Item:

@@ -132,6 +132,11 @@ def test_home_is_ardupilots_first_item_whatever_was_sent() -> None:
     assert same(home, HOME) or home.x == HOME.x
 
 
+def test_home_is_all_that_an_empty_mission_of_ardupilot_has() -> None:
+    assert [each.command for each in download(ardupilot())] == [Command.NAV_WAYPOINT]
+    assert download(px4()) == []
+
+
 @pytest.mark.parametrize("vehicle", [px4, ardupilot])
 def test_an_upload_of_nothing_clears(vehicle: Callable[[], MavlinkVehicle]) -> None:
     flying = vehicle()
