@@ -208,8 +208,7 @@ class _Flight:
             spawn(stream.run())
             await self.autopilot.engage()
             spawn(_until_taken(self.autopilot))
-            tracker = await begin(trajectory, stream)
-            from_s = clock.now()
+            tracker, from_s = await begin(trajectory, stream)
             await self._track(tracker)
             self.note("holding")
             await self.autopilot.hold()
@@ -249,8 +248,8 @@ class _Flight:
         self.note(f"already in the air, in {self.found_in}: {action}")
         return await home_of(self.telemetry, self.note)
 
-    async def _begin(self, trajectory: Trajectory, stream: SetpointStream) -> Tracker:
-        """Go to the start and settle there, the strategy active; what tracks the trajectory from now on."""
+    async def _begin(self, trajectory: Trajectory, stream: SetpointStream) -> tuple[Tracker, float]:
+        """Go to the start and settle there, the strategy active; what tracks then, and since when (s)."""
         state = await self.telemetry.next_state()
         start = trajectory.at(0.0).position
         approach = Tracker(rest_to_rest(state.position, start), clock.now())
@@ -263,10 +262,10 @@ class _Flight:
         tracker = self._tracker(trajectory, clock.now() + _LEAD_S)
         stream.follow(tracker)
         await clock.sleep_until(tracker.start_s)
-        return tracker
+        return tracker, tracker.start_s
 
-    async def _join(self, trajectory: Trajectory, stream: SetpointStream) -> Tracker:
-        """Speed up onto the trajectory where it is nearest; what tracks it from now on."""
+    async def _join(self, trajectory: Trajectory, stream: SetpointStream) -> tuple[Tracker, float]:
+        """Speed up onto the trajectory where it is nearest; what tracks it, and since when (s)."""
         state = await self.telemetry.next_state()
         way, joins_s = joining(state.position, trajectory)
         self.note(f"resuming {trajectory.name} at {joins_s:.1f} s")
@@ -275,7 +274,7 @@ class _Flight:
         await clock.sleep_until(joining_tracker.end_s)
         tracker = self._tracker(trajectory, joining_tracker.end_s - joins_s)
         stream.follow(tracker)
-        return tracker
+        return tracker, joining_tracker.end_s
 
     def _tracker(self, trajectory: Trajectory, start_s: float) -> Tracker:
         return Tracker(trajectory, start_s, self.plan.law, self.plan.correction)
