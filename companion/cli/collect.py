@@ -10,7 +10,7 @@ from rich.console import Console
 from companion.cli import options
 from companion.cli.flying import Placed, Request, conduct, provenance, show, vehicle_name
 from companion.flight.flight import FlightPlan
-from companion.flight.guard import Fence
+from companion.flight.guard import Fence, GuardLimits
 from companion.flight.strategies import Strategy
 from companion.link import parse_address
 from companion.trajectory import Limits, Trajectory, training_sinusoids
@@ -41,7 +41,7 @@ def collect(
     """
     console = Console()
     address = parse_address(connect)
-    guard_limits = options.guard_limits(guard)
+    guard_limits = options.guard_limits(guard) or GuardLimits()
     trajectory_within = partial(_training, duration, box, seed, guard_limits.fence)
     plan = FlightPlan(trajectory_within(LIMITS), limits=guard_limits, after=options.after(None, land=land))
     about = provenance(address, name or vehicle_name(address), plan.trajectory.name, Strategy.BASELINE)

@@ -90,6 +90,9 @@ def fly(
     Ctrl-C ends the flight at any time: the vehicle is left in a hold. A model looks as far ahead as it was
     trained to, whatever the preset of the online correction.
 
+    A mission plan may lead up to 500 m away, within its own fence and the vehicle's; setpoints stay in a box
+    5 m beyond its waypoints. Other limits are set by --guard, whose fence then counts for plans, too.
+
     Example: companion fly clef --connect sitl://bebop2 --model ardrone2
 
     Example: companion fly drawing.csv --connect udpin://0.0.0.0:14540 --size 2 --land
@@ -104,7 +107,6 @@ def fly(
         law=law,
         correction=OnlineCorrection(preset.settings) if strategy.learns_online else None,
         period_s=strategy.period_s(preset.settings),
-        limits=guard_limits,
         yaw=yaw,
         resume=resume,
     )
@@ -131,7 +133,7 @@ def _course(
     trajectory: str,
     flight: Callable[..., FlightPlan],
     limits: Limits,
-    guard_limits: GuardLimits,
+    guard: GuardLimits | None,
     placement: Placement,
     after: After | None,
     resume: bool,
@@ -139,10 +141,11 @@ def _course(
     """What to fly, from the file that `trajectory` names; InputError where that cannot be flown."""
     if is_plan(trajectory):
         file = Path(trajectory)
-        return Planned(file.stem, read_plan(file), flight, guard_limits, after, resume)
+        return Planned(file.stem, read_plan(file), flight, guard, after, resume)
     file = bundled.find("trajectories", trajectory, ".csv")
-    within = partial(_read, file, placement, guard_limits.fence)
-    return Placed(flight(within(limits), after=after or After.HOLD), within)
+    guard = guard or GuardLimits()
+    within = partial(_read, file, placement, guard.fence)
+    return Placed(flight(within(limits), limits=guard, after=after or After.HOLD), within)
 
 
 def _address(connect: str | None) -> Address:

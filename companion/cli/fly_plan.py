@@ -4,9 +4,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from companion.errors import NoReplyError
 from companion.flight.flight import After, FlightPlan
-from companion.flight.guard import GuardLimits
+from companion.flight.guard import Fence, GuardLimits
 from companion.flight.takeoff import Announce
 from companion.link.connection import Connection
 from companion.link.telemetry import Telemetry
@@ -34,8 +36,8 @@ class Planned:
     Attributes:
         name: of the plan.
         plan: what it holds.
-        make: `FlightPlan`, but for its trajectory and what the plan says itself.
-        guard: how far it may lead.
+        make: `FlightPlan`, but for its trajectory, the guard's limits and what the plan says itself.
+        guard: how far it may lead; None for the usual limits, with a box of its own size.
         after: how the vehicle is handed back; None leaves it to the plan.
         resume: whether to begin where a takeoff leads although the vehicle is in the air.
     """
@@ -43,39 +45,60 @@ class Planned:
     name: str
     plan: Plan
     make: Callable[..., FlightPlan]
-    guard: GuardLimits
+    guard: GuardLimits | None
     after: After | None
     resume: bool
 
     def preview(self, limits: Limits) -> list[str]:
         """What would be flown from the plan's own home, in lines; InputError where it cannot be."""
-        path, trajectory = self._laid(planned_site(self.plan), limits)
-        return [*summarise(trajectory, limits).lines(), *path.remarks]
+        return self._laid(planned_site(self.plan), limits).lines(limits)
 
     async def lay(
         self, connection: Connection, telemetry: Telemetry, limits: Limits, announce: Announce
     ) -> FlightPlan:
         """The flight from where the vehicle is; InputError where a fence or a limit forbids it."""
         site = await vehicle_site(connection, telemetry)
-        if self.resume:
-            site = replace(site, airborne=None)
-        path, trajectory = self._laid(site, limits)
+        laid = self._laid(site, limits)
         try:
             fence = await download_fence(connection)
         except NoReplyError:
             announce("the vehicle tells no fence: only the plan's and the guard's are kept to")
         else:
-            require_inside_fence(path, trajectory, fence, site, "vehicle")
-        for line in (*summarise(trajectory, limits).lines(), *path.remarks):
+            require_inside_fence(laid.path, laid.trajectory, fence, site, "vehicle")
+        for line in laid.lines(limits):
             announce(line)
-        after = self.after or After[path.ending.name]
-        return self.make(trajectory, takeoff_altitude_m=path.takeoff_altitude_m, after=after)
+        return self.make(
+            laid.trajectory,
+            limits=laid.guard,
+            takeoff_altitude_m=laid.path.takeoff_altitude_m,
+            after=self.after or After[laid.path.ending.name],
+        )
 
-    def _laid(self, site: Site, limits: Limits) -> tuple[TrackedPath, Trajectory]:
+    def _laid(self, site: Site, limits: Limits) -> "_Laid":
         """The plan laid out at `site`; InputError where a fence or a limit forbids it."""
-        path = tracked_path(self.plan, site)
-        require_near(path, site.start(0.0), self.guard.max_distance_m)
-        require_inside_box(path, *self.guard.fence.corners())
+        path = tracked_path(self.plan, replace(site, airborne=None) if self.resume else site)
+        here = site.start(path.takeoff_altitude_m)
+        positions = np.array([here, *(waypoint.position for waypoint in path.waypoints)])
+        guard = self.guard or GuardLimits(fence=Fence.around(positions))
+        require_near(path, site.start(0.0), guard.max_distance_m)
+        require_inside_box(path, *guard.fence.corners())
         trajectory = trajectory_through(self.name, path.waypoints, limits)
         require_inside_fence(path, trajectory, self.plan.fence, site, "plan")
-        return path, trajectory
+        return _Laid(path, trajectory, guard)
+
+
+@dataclass(frozen=True, eq=False)
+class _Laid:
+    """A plan where it is to be flown."""
+
+    path: TrackedPath
+    trajectory: Trajectory
+    guard: GuardLimits
+
+    def lines(self, limits: Limits) -> list[str]:
+        """What will be flown, in lines."""
+        return [
+            *summarise(self.trajectory, limits).lines(),
+            f"no setpoint leaves {self.guard.fence}",
+            *self.path.remarks,
+        ]

@@ -14,6 +14,7 @@ from companion.cli.flying import show
 from companion.cli.mission import counts, summary, with_vehicle
 from companion.cli.params import Place
 from companion.errors import InputError
+from companion.flight.guard import GuardLimits
 from companion.link import Connection, start_telemetry
 from companion.link.command import request_message
 from companion.link.dialect import mavlink
@@ -49,7 +50,7 @@ def validate(
     plan = read_plan(file)
     if json is not None:
         options.writable(json)
-    limit_m = options.guard_limits(None).max_distance_m if max_distance is None else max_distance
+    limit_m = GuardLimits().max_distance_m if max_distance is None else max_distance
     findings = [check_plan(plan)]
     if connect is not None:
         place = Place(connect, system_id, options.signing_key(signing_key))

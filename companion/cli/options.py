@@ -155,9 +155,9 @@ def signing_key(file: Path | None) -> SigningKey | None:
     return None if file is None else read_signing_key(file)
 
 
-def guard_limits(file: Path | None) -> GuardLimits:
-    """The limits in that file, or the usual ones; InputError where one is wrong."""
-    return GuardLimits() if file is None else read_guard_limits(file)
+def guard_limits(file: Path | None) -> GuardLimits | None:
+    """The limits in the file that `--guard` names, if it names one; InputError where one is wrong."""
+    return None if file is None else read_guard_limits(file)
 
 
 def writable(path: Path) -> Path:

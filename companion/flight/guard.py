@@ -10,12 +10,14 @@ from enum import StrEnum
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, PositiveFloat, model_validator
 
-from companion.arrays import Vec3
+from companion.arrays import Vec3, Vec3s
 from companion.errors import InputError
 from companion.flight.reference import Correction, Reference
 from companion.state import VehicleState
 from companion.trajectory.trajectory import Trajectory
 
+MARGIN_M = 5.0
+"""A fence around a path leaves it this much room: more than the tracking error that ends a flight."""
 _LOOK_EVERY_S = 0.02
 _ROUNDING_M = 1e-6
 
@@ -46,6 +48,23 @@ class Fence(BaseModel):
             if low >= high:
                 raise ValueError(f"{name}: the first number must be below the second, got {low}, {high}")
         return self
+
+    @classmethod
+    def around(cls, positions: Vec3s) -> "Fence":
+        """The box `MARGIN_M` beyond these positions (NED from takeoff, m); its floor is the usual one."""
+        usual = cls()
+        (north, east, _), (north_most, east_most, _) = positions.min(axis=0), positions.max(axis=0)
+        highest_m = max(usual.altitude_m[0], -float(positions[:, 2].min()))
+        return cls(
+            north_m=(north - MARGIN_M, north_most + MARGIN_M),
+            east_m=(east - MARGIN_M, east_most + MARGIN_M),
+            altitude_m=(usual.altitude_m[0], highest_m + MARGIN_M),
+        )
+
+    def __str__(self) -> str:
+        """The box in words."""
+        sides = zip(("north", "east", "altitude"), (self.north_m, self.east_m, self.altitude_m), strict=True)
+        return ", ".join(f"{name} {low:.1f} to {high:.1f} m" for name, (low, high) in sides)
 
     def corners(self) -> tuple[Vec3, Vec3]:
         """Least and greatest NED position relative to the takeoff point (m)."""

@@ -11,6 +11,7 @@
 | DO_CHANGE_SPEED                                    | the speed of the legs that follow                    |
 | DO_JUMP                                            | the items again, as often as it says                 |
 | other NAV commands, DO_SET_HOME                    | refused                                              |
+| yaw (parameter 4), other than 0                    | left out, and that is said                           |
 | other DO and CONDITION commands (cameras, yaw, …)  | left out, and that is said                           |
 """
 
@@ -41,6 +42,12 @@ _OF_THE_FLIGHT = (
     mavlink.MAV_CMD_NAV_VTOL_LAND,
     mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH,
     mavlink.MAV_CMD_NAV_LOITER_UNLIM,
+)
+_WITH_YAW = (
+    mavlink.MAV_CMD_NAV_TAKEOFF,
+    mavlink.MAV_CMD_NAV_WAYPOINT,
+    mavlink.MAV_CMD_NAV_LOITER_UNLIM,
+    mavlink.MAV_CMD_NAV_LAND,
 )
 _SILENT = (mavlink.MAV_CMD_DO_LAND_START, mavlink.MAV_CMD_NAV_LAST)
 """Markers that ask for nothing."""
@@ -110,6 +117,8 @@ class _Walk:
     def take(self, index: int, item: MissionItem) -> None:
         """Take one item; InputError where it cannot be tracked."""
         hold_s = item.params[0] or 0.0
+        if item.command in _WITH_YAW and item.params[3]:
+            self._left_out["without the yaw given"].append(index)
         match item.command:
             case mavlink.MAV_CMD_NAV_TAKEOFF | mavlink.MAV_CMD_NAV_VTOL_TAKEOFF:
                 self._take_off(item)

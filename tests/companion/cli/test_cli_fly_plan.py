@@ -1,6 +1,7 @@
 """`companion fly` on mission plans: from the file to the flown path, on the simulated vehicles."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -77,6 +78,16 @@ def test_a_dry_run_starts_at_the_planned_home(companion: Run, tmp_path: Path) ->
     assert ran.status == 0, ran.err
     assert "to 8.00, east -0.00 to 4.00" in ran.out
     assert "without DO_SET_CAM_TRIGG_DIST (item 3)" in ran.out
+
+
+def test_a_plan_brings_its_own_box(companion: Run, tmp_path: Path) -> None:
+    turned = replace(item(0.0, 120.0, altitude_m=60.0), params=(0.0, 0.0, 0.0, 90.0))
+    write_plan(Plan(mission=(item(-80.0, 0.0), turned), home=HOME), tmp_path / "wide.plan")
+    ran = companion("fly", tmp_path / "wide.plan", "--dry-run")
+    assert ran.status == 0, ran.err
+    box = "north -85.0 to 5.0 m, east -5.0 to 125.0 m, altitude 0.5 to 65.0 m"
+    assert f"no setpoint leaves {box}" in ran.out
+    assert "without the yaw given (item 1)" in ran.out
 
 
 @pytest.mark.parametrize(

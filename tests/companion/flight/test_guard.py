@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from pydantic import ValidationError
 
-from companion.arrays import Vec3
-from companion.flight.guard import Clip, Fence, GuardLimits, guard
+from companion.arrays import Vec3, Vec3s
+from companion.flight.guard import MARGIN_M, Clip, Fence, GuardLimits, guard
 from companion.flight.reference import Correction, Reference
 from companion.state import VehicleState
 
@@ -73,3 +73,12 @@ def test_each_clip_is_named(u1: Vec3, u2: Vec3, clip: Clip) -> None:
 def test_a_fence_without_inside_is_refused() -> None:
     with pytest.raises(ValidationError, match="below the second"):
         Fence(altitude_m=(3.0, 2.0))
+
+
+@given(arrays(np.float64, (4, 3), elements=st.floats(-300.0, 300.0)))
+def test_a_fence_around_places_holds_them_but_for_the_floor(places: Vec3s) -> None:
+    low, high = Fence.around(places).corners()
+    assert (places[:, :2] - low[:2] >= MARGIN_M - 1e-9).all()
+    assert (high[:2] - places[:, :2] >= MARGIN_M - 1e-9).all()
+    assert (places[:, 2] - low[2] >= MARGIN_M - 1e-9).all()
+    assert high[2] == Fence().corners()[1][2]
