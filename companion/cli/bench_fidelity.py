@@ -1,6 +1,5 @@
 """`companion bench fidelity`: simulated vehicles against recordings of the real ones."""
 
-import json as json_format
 import shlex
 import sys
 from pathlib import Path
@@ -12,6 +11,7 @@ from rich.progress import Progress
 
 from companion import __version__
 from companion.cli import options
+from companion.cli.result_file import write_result
 from companion.errors import InputError
 from companion.recording import Recording, read_recording
 from companion.recording.card import log_name
@@ -80,7 +80,7 @@ def fidelity(
             console.print(hover_line(each.hover), markup=False, highlight=False, soft_wrap=True)
     if json is not None:
         result = {"recordings": [as_json(each) for each in fidelities], "software": __version__}
-        json.write_text(json_format.dumps(result, indent=2) + "\n")
+        write_result(result, json)
     if report is not None:
         page = write_fidelity_report(fidelities, report, shlex.join(["companion", *sys.argv[1:]]))
         console.print(f"report: {page}", markup=False, highlight=False, soft_wrap=True)

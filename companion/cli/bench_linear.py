@@ -1,6 +1,5 @@
 """`companion bench linear`: the paper's simulation, its figures and its plots."""
 
-import json as json_format
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
@@ -10,6 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from companion import __version__
+from companion.cli.result_file import write_result
 from companion.errors import InputError
 from companion.experiments.linear.experiment import (
     AMPLIFYING_TARGET,
@@ -72,7 +72,7 @@ def linear(
             "seed": seed,
             "software": __version__,
         }
-        json.write_text(json_format.dumps(result, indent=2) + "\n")
+        write_result(result, json)
 
 
 def _table(pair: Figures, quadratic: Figures, second_pair: Figures) -> Table:

@@ -1,6 +1,5 @@
 """`companion bench quadrotor`: the paper's flights and their figures."""
 
-import json as json_format
 import shlex
 import sys
 from pathlib import Path
@@ -12,6 +11,7 @@ from rich.progress import track
 
 from companion import __version__
 from companion.cli import options
+from companion.cli.result_file import write_result
 from companion.errors import InputError
 from companion.flight.strategies import Strategy
 from companion.trajectory.placement import Placement
@@ -119,7 +119,7 @@ def quadrotor(
     }
     if json is not None:
         result = figures | {"settings": settings, "notes": notes, "software": __version__}
-        json.write_text(json_format.dumps(result, indent=2) + "\n")
+        write_result(result, json)
     if report is not None:
         page = write_report(
             flights(of_strategies),

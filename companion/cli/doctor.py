@@ -1,6 +1,5 @@
 """`companion doctor`: what would stop a flight of this vehicle, and what to set."""
 
-import json as json_format
 from collections.abc import AsyncIterator, Mapping, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import asdict
@@ -11,10 +10,12 @@ import typer
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from companion import __version__, clock
 from companion.cli import options
 from companion.cli.display import FlightDisplay
+from companion.cli.result_file import write_result
 from companion.doctor import Finding, Observation, Severity, Traffic, examine, judge
 from companion.doctor.silence import likely_causes
 from companion.errors import LinkError
@@ -27,6 +28,7 @@ from companion.link.signing_state import lasting_signer
 
 _STYLES = {Severity.FINE: "green", Severity.WARNS: "yellow", Severity.STOPS: "bold red"}
 _NOT_READY = 1
+_WIDTH_OF_FILES = 100
 _CONNECT_S = 3.0
 
 
@@ -52,6 +54,8 @@ def doctor(
     if json is not None:
         options.writable(json)
     console = Console()
+    if not console.is_terminal:
+        console.width = max(console.width, _WIDTH_OF_FILES)
     look = _look(address, system_id, key, seconds, patience, console)
     seen = clock.run(look, virtual=isinstance(address, Simulated))
     findings = judge(seen)
@@ -60,7 +64,7 @@ def doctor(
     warning = sum(finding.severity is Severity.WARNS for finding in findings)
     console.print(_verdict(len(stopping), warning), highlight=False)
     if json is not None:
-        json.write_text(json_format.dumps(_result(seen, findings), indent=2) + "\n")
+        write_result(_result(seen, findings), json)
     if stopping:
         raise typer.Exit(_NOT_READY)
 
@@ -80,7 +84,12 @@ async def _look(
         async with _connected(address, system_id, key, traffic, timeout_s) as connection:
             connection.status_texts.subscribe(display.vehicle_said)
             return await examine(
-                connection, traffic, seconds=seconds, patience_s=patience_s, announce=display.phase
+                connection,
+                traffic,
+                seconds=seconds,
+                patience_s=patience_s,
+                chosen=system_id is not None,
+                announce=display.phase,
             )
 
 
@@ -105,17 +114,13 @@ async def _connected(
 
 def _table(findings: Sequence[Finding]) -> Table:
     """The gravest last, where the verdict follows."""
-    table = Table("", "what", "seen", "what to do", box=SIMPLE_HEAD)
+    table = Table("", "what", "seen, and what to do", box=SIMPLE_HEAD)
     for finding in sorted(findings, key=lambda each: list(_STYLES).index(each.severity)):
-        style = _STYLES[finding.severity]
-        table.add_row(
-            f"[{style}]{finding.severity}[/]", *map(_plain, (finding.topic, finding.seen, finding.advice))
-        )
+        told = Text(finding.seen)
+        if finding.advice:
+            told.append(f"\nto do: {finding.advice}", style="bold")
+        table.add_row(Text(finding.severity, style=_STYLES[finding.severity]), finding.topic, told)
     return table
-
-
-def _plain(text: str) -> str:
-    return text.replace("[", r"\[")
 
 
 def _verdict(stopping: int, warning: int) -> str:

@@ -1,6 +1,5 @@
 """`companion fly`: one trajectory on one vehicle, and how closely it was tracked."""
 
-import json as json_format
 from collections.abc import Callable, Iterator
 from dataclasses import asdict
 from functools import partial
@@ -14,6 +13,7 @@ from companion import bundled
 from companion.cli import options
 from companion.cli.fly_plan import Planned, is_plan
 from companion.cli.flying import Course, Flown, Placed, Request, conduct, provenance, show, vehicle_name
+from companion.cli.result_file import write_result
 from companion.errors import GapError, InputError, TakenError
 from companion.flight.flight import After, FlightOutcome, FlightPlan
 from companion.flight.guard import Fence, GuardLimits
@@ -126,7 +126,7 @@ def fly(
     flown = _conduct(request, record, console)
     show(console, *_lines(flown.outcome))
     if json is not None:
-        json.write_text(json_format.dumps(_result(flown, about, model), indent=2) + "\n")
+        write_result(_result(flown, about, model), json)
 
 
 def _course(

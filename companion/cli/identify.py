@@ -1,6 +1,5 @@
 """`companion identify`: from a flight log to a simulated twin of the vehicle that flew it."""
 
-import json as json_format
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -14,6 +13,7 @@ from rich.table import Table
 
 from companion import __version__
 from companion.cli import options
+from companion.cli.result_file import write_result
 from companion.errors import InputError
 from companion.recording import Recording, Segment, read_recording
 from companion.recording.card import log_name
@@ -124,7 +124,7 @@ def identify(
             ],
             "software": __version__,
         }
-        json.write_text(json_format.dumps(_as_json(found, estimator, notes) | of, indent=2) + "\n")
+        write_result(_as_json(found, estimator, notes) | of, json)
     if plot is not None:
         with console.status("drawing"):
             plot_twin([flight for each in chosen for flight in _flights(found.vehicle, each)], plot)

@@ -1,6 +1,5 @@
 """`companion mission download`: the plan of a vehicle into a file."""
 
-import json as json_format
 from pathlib import Path
 from typing import Annotated
 
@@ -11,6 +10,7 @@ from companion.cli import options
 from companion.cli.flying import show
 from companion.cli.mission import counts, summary, transfer_bar, with_vehicle
 from companion.cli.params import Place
+from companion.cli.result_file import write_result
 from companion.link import Connection
 from companion.mission.files import write_plan
 from companion.mission.items import Plan
@@ -45,4 +45,4 @@ def download(
     show(console, f"downloaded from system {downloaded_from}: {summary(plan)}: {file}")
     if json is not None:
         result = {"file": str(file), "system_id": downloaded_from, **counts(plan)}
-        json.write_text(json_format.dumps(result, indent=2) + "\n")
+        write_result(result, json)

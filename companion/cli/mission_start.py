@@ -1,6 +1,5 @@
 """`companion mission start`: have a vehicle fly its mission, and see it through."""
 
-import json as json_format
 from pathlib import Path
 from typing import Annotated
 
@@ -13,6 +12,7 @@ from companion.cli.display import FlightDisplay
 from companion.cli.flying import show
 from companion.cli.mission import summary, transfer_bar, with_vehicle
 from companion.cli.params import Place
+from companion.cli.result_file import write_result
 from companion.errors import InputError
 from companion.link import Connection, start_telemetry
 from companion.mission.files import read_plan
@@ -54,7 +54,7 @@ def start(
         show(console, "stopped looking: the vehicle goes on with its mission")
         raise typer.Exit(_STOPPED) from None
     if json is not None:
-        json.write_text(json_format.dumps({"done": wait, "reached": reached}, indent=2) + "\n")
+        write_result({"done": wait, "reached": reached}, json)
 
 
 async def _start(connection: Connection, plan: Plan | None, wait: bool, console: Console) -> list[int]:

@@ -1,6 +1,5 @@
 """`companion mission upload`: a plan from a file into a vehicle, verified by reading it back."""
 
-import json as json_format
 from pathlib import Path
 from typing import Annotated
 
@@ -11,6 +10,7 @@ from companion.cli import options
 from companion.cli.flying import show
 from companion.cli.mission import counts, summary, transfer_bar, with_vehicle
 from companion.cli.params import Place
+from companion.cli.result_file import write_result
 from companion.link import Connection
 from companion.mission.files import read_plan
 from companion.mission.transfer import upload_plan
@@ -45,4 +45,4 @@ def upload(
     show(console, f"uploaded to system {uploaded_to} and verified: {summary(plan)}")
     if json is not None:
         result = {"file": str(file), "system_id": uploaded_to, "verified": True, **counts(plan)}
-        json.write_text(json_format.dumps(result, indent=2) + "\n")
+        write_result(result, json)

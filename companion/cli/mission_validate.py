@@ -1,6 +1,5 @@
 """`companion mission validate`: what would keep a plan from being flown."""
 
-import json as json_format
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
@@ -13,6 +12,7 @@ from companion.cli import options
 from companion.cli.flying import show
 from companion.cli.mission import counts, summary, with_vehicle
 from companion.cli.params import Place
+from companion.cli.result_file import write_result
 from companion.errors import InputError
 from companion.flight.guard import GuardLimits
 from companion.link import Connection, start_telemetry
@@ -62,7 +62,7 @@ def validate(
     show(Console(), summary(plan), *remarks, *faults)
     if json is not None:
         result = {"file": str(file), **counts(plan), "faults": faults, "remarks": remarks}
-        json.write_text(json_format.dumps(result, indent=2) + "\n")
+        write_result(result, json)
     if faults:
         raise InputError(f"{file}: {len(faults)} faults; the first: {faults[0]}")
 

@@ -1,6 +1,5 @@
 """`companion params diff`: where two sets of parameters differ."""
 
-import json as json_format
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -14,6 +13,7 @@ from rich.table import Table
 from companion.cli import options
 from companion.cli.flying import show
 from companion.cli.params import Place, read_file, read_vehicle
+from companion.cli.result_file import write_result
 from companion.link.parameter_changes import Difference, differences
 from companion.link.parameter_encoding import Number
 from companion.link.parameter_file import written
@@ -46,7 +46,7 @@ def diff(
         console.print(_table(both))
     show(console, *_lines(found, len(both)))
     if json is not None:
-        json.write_text(json_format.dumps([asdict(each) for each in found], indent=2) + "\n")
+        write_result([asdict(each) for each in found], json)
 
 
 def _values(place: Place, console: Console) -> Mapping[str, Number]:

@@ -1,6 +1,5 @@
 """`companion params push`: parameters from a file into a vehicle, each verified."""
 
-import json as json_format
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -14,6 +13,7 @@ from rich.table import Table
 
 from companion.cli import options
 from companion.cli.params import Place, progress_bar, read_file, read_vehicle, with_vehicle
+from companion.cli.result_file import write_result
 from companion.errors import InputError, RefusedError
 from companion.link import Connection
 from companion.link.parameter import set_parameters
@@ -61,9 +61,7 @@ def push(
         refused = _set(replace(place, system_id=found.system_id), changes, console)
         console.print(f"{len(changes) - len(refused)} of {len(changes)} set and verified")
     if json is not None:
-        json.write_text(
-            json_format.dumps(_result(found.parameters, changes, refused, dry_run), indent=2) + "\n"
-        )
+        write_result(_result(found.parameters, changes, refused, dry_run), json)
     if refused:
         told = "; ".join(f"{name}: {why}" for name, why in refused.items())
         raise RefusedError(f"the vehicle did not take all parameters: {told}")

@@ -7,6 +7,7 @@ import asyncio
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import linregress
 
 from companion import clock
 from companion.doctor.observation import RoundTrips
@@ -16,7 +17,8 @@ from companion.link.dialect import mavlink
 _INTERVAL_S = 0.1
 _LAST_ANSWER_S = 0.5
 _FOR_DRIFT_S = 4.0
-"""Over less, jitter of milliseconds looks like drift."""
+_DRIFT_WITHIN_PPM = 500.0
+"""Over less than the first, or with a greater standard error than the second, jitter looks like drift."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,8 +70,9 @@ def round_trips(asked: int, trips: list[Trip]) -> RoundTrips | None:
     offset_s = middle_s - times[:, 1]
     drift_ppm = None
     if np.ptp(middle_s[fast]) >= _FOR_DRIFT_S:
-        slope, _ = np.polyfit(middle_s[fast] - middle_s[0], offset_s[fast] - offset_s[0], 1)
-        drift_ppm = 1e6 * float(slope)
+        line = linregress(middle_s[fast], offset_s[fast] - offset_s[0])
+        if 1e6 * line.stderr <= _DRIFT_WITHIN_PPM:
+            drift_ppm = 1e6 * float(line.slope)
     return RoundTrips(
         asked=asked,
         answered=len(trips),

@@ -51,7 +51,13 @@ _REASON_SEVERITY = mavlink.MAV_SEVERITY_WARNING
 
 
 async def examine(
-    connection: Connection, traffic: Traffic, *, seconds: float, patience_s: float, announce: Announce
+    connection: Connection,
+    traffic: Traffic,
+    *,
+    seconds: float,
+    patience_s: float,
+    announce: Announce,
+    chosen: bool = False,
 ) -> Observation:
     """What there is to see of the connection's vehicle.
 
@@ -61,6 +67,7 @@ async def examine(
         seconds: how long to measure (s).
         patience_s: how long to wait for the vehicle to be ready (s).
         announce: told what goes on.
+        chosen: whether the user named this vehicle, or it was the first that was heard.
     """
     began_s = clock.now()
     watch = HealthWatch(connection)
@@ -101,6 +108,7 @@ async def examine(
         parameters={name: each.value for name, each in parameters.items()},
         vehicle_signs=connection.vehicle_signs,
         we_sign=connection.signer is not None,
+        chosen=chosen,
     )
 
 

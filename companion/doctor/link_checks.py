@@ -98,7 +98,7 @@ def signing(seen: Observation) -> Iterator[Finding]:
 def others(seen: Observation) -> Iterator[Finding]:
     """Nobody else on the link is in the way."""
     vehicles = sorted({peer.system_id for peer in seen.peers if _is_autopilot(peer.autopilot)})
-    if len(vehicles) > 1:
+    if len(vehicles) > 1 and not seen.chosen:
         listed = ", ".join(map(str, vehicles))
         yield warns("vehicles", f"systems {listed} speak here", f"say which: --system-id {seen.system_id}")
     same = (seen.system_id, mavlink.MAV_COMP_ID_ONBOARD_COMPUTER)

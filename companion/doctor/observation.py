@@ -54,7 +54,7 @@ class RoundTrips:
         median_s: round-trip time (s).
         p95_s: 95th percentile of it (s).
         offset_s: companion clock minus vehicle clock (s), at the last answer.
-        drift_ppm: how much faster the companion's clock runs (parts per million); None if too short.
+        drift_ppm: how much faster the companion's clock runs (parts per million); None if that is not known.
     """
 
     asked: int
@@ -140,6 +140,7 @@ class Observation:
         parameters: those that matter, and that the vehicle has.
         vehicle_signs: whether the vehicle signs its frames.
         we_sign: whether we sign ours.
+        chosen: whether the user named this vehicle, or it was the first that was heard.
     """
 
     system_id: int
@@ -162,6 +163,7 @@ class Observation:
     parameters: Mapping[str, Number] = field(default_factory=dict)
     vehicle_signs: bool = False
     we_sign: bool = False
+    chosen: bool = False
 
     @property
     def version(self) -> tuple[int, ...] | None:

@@ -157,6 +157,12 @@ def test_a_vehicle_that_obeys_us_only_is_fine() -> None:
     assert finding.severity is FINE
 
 
+def test_a_vehicle_that_was_named_is_not_to_be_named() -> None:
+    peers = (OTHER_VEHICLE, replace(OTHER_VEHICLE, system_id=1))
+    findings = judge(replace(PX4, peers=peers, chosen=True))
+    assert "vehicles" not in {finding.topic for finding in findings}
+
+
 def test_the_vehicles_own_words_are_the_reason() -> None:
     finding = found(ARDUPILOT, "arming", ready_to_arm=False, complaints=("PreArm: need 3D Fix",))
     assert "PreArm: need 3D Fix" in finding.seen

@@ -54,6 +54,15 @@ def test_round_trips_tell_delay_offset_and_drift() -> None:
     assert told.drift_ppm == pytest.approx(500.0, abs=60.0)
 
 
+def test_a_drift_that_jitter_hides_is_not_told() -> None:
+    rng = random.Random(1)
+    asked_s = [0.1 * place for place in range(50)]
+    trips = [Trip(asked, asked + 0.2 * rng.random(), asked + 0.2) for asked in asked_s]
+    told = round_trips(50, trips)
+    assert told is not None
+    assert told.drift_ppm is None
+
+
 def test_no_answer_is_no_figure() -> None:
     assert round_trips(100, []) is None
     only = round_trips(3, [Trip(1.0, 0.5, 1.1)])
