@@ -68,7 +68,6 @@ class ArduPilot(Commander[ArduPilotParameters]):
         self._ground_link = GroundLink()
         self._climbs_to: float | None = None
         self._setpoint_at_s: float | None = None
-        self._resets = int(estimator.resets[0])
         self._navigator = Navigator(
             self._parameters,
             estimator,
@@ -249,7 +248,10 @@ class ArduPilot(Commander[ArduPilotParameters]):
         )
 
     def _update(self, until_s: float) -> None:
-        self._follow_resets()
+        jump = self._new_jump()
+        if jump is not None:  # the path jumps along, so that the vehicle does not
+            self._loops.path.position[:] += jump[0]
+            self._loops.path.velocity[:] += jump[1]
         if self._armed:
             self._watch_battery()
             self._watch_ground_link()
@@ -350,13 +352,6 @@ class ArduPilot(Commander[ArduPilotParameters]):
             self._disarm()
         elif action is not None:
             self._fail_into(action)
-
-    def _follow_resets(self) -> None:
-        """Let the path jump along with the estimate, so that the vehicle does not."""
-        if self._estimator.resets[0] != self._resets:
-            self._resets = int(self._estimator.resets[0])
-            self._loops.path.position[:] += self._estimator.jump[0]
-            self._loops.path.velocity[:] += self._estimator.jump[1]
 
     def _fail_into(self, mode: Mode) -> None:
         self._enter(mode)

@@ -1,10 +1,10 @@
 """What both autopilots' commanders have in common: their state, and what they report of it."""
 
+import math
 from abc import ABC, abstractmethod
 from typing import Generic, TypeVar
 
-import numpy as np
-
+from sitl.arrays import Vec3
 from sitl.battery import Pack
 from sitl.estimator import Estimator
 from sitl.firmware.fence_watch import FenceWatch
@@ -41,6 +41,7 @@ class Commander(ABC, Generic[P]):
         self._position_from_s = 0.0
         self._armed = False
         self._terminated = False
+        self._resets = int(estimator.resets[0])
         self._pilot = Pilot()
         self._was_piloted = False
         self._texts: list[StatusText] = []
@@ -96,8 +97,16 @@ class Commander(ABC, Generic[P]):
 
     @property
     def _position_ok(self) -> bool:
-        known = self._time_s >= self._position_from_s
-        return known and bool(np.isfinite(self._estimator.position).all())
+        north, east, down = self._estimator.position
+        return self._time_s >= self._position_from_s and math.isfinite(north + east + down)
+
+    def _new_jump(self) -> tuple[Vec3, Vec3] | None:
+        """By how much position and velocity (m, m/s) have jumped since the last look, if they have."""
+        resets = int(self._estimator.resets[0])
+        if resets == self._resets:
+            return None
+        self._resets = resets
+        return self._estimator.jump[0], self._estimator.jump[1]
 
     def _say(self, severity: Severity, text: str) -> None:
         self._texts.append(StatusText(severity, text))

@@ -8,7 +8,7 @@ import numpy as np
 from sitl.arrays import Vec3
 
 _GONE_AFTER_S = 0.5
-"""COM_RC_LOSS_T."""
+"""PX4's default of COM_RC_LOSS_T."""
 _DEAD_ZONE = 0.1
 
 
@@ -49,6 +49,10 @@ class Pilot:
     def is_there(self, time_s: float) -> bool:
         """Whether sticks were heard of lately."""
         return time_s - self._heard_s <= _GONE_AFTER_S
+
+    def is_lost(self, since_s: float, after_s: float, time_s: float) -> bool:
+        """Whether sticks that were heard of at `since_s` or later have been silent for `after_s` (s)."""
+        return since_s <= self._heard_s < time_s - after_s
 
     def flies(self, time_s: float) -> bool:
         """Whether a stick is out of its middle."""

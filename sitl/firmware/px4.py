@@ -3,8 +3,6 @@
 As https://docs.px4.io/main/en/flight_modes_mc/ and https://docs.px4.io/main/en/config/safety.html say.
 """
 
-import math
-
 import numpy as np
 
 from sitl.arrays import Vec3
@@ -21,12 +19,13 @@ from sitl.firmware.interface import (
     Severity,
 )
 from sitl.firmware.px4_control import Control
-from sitl.firmware.px4_failsafes import OFFBOARD_LOST, Action, BatteryWatch, GroundLink, Stop
+from sitl.firmware.px4_failsafes import OFFBOARD_LOST, Action, BatteryWatch, Stop
 from sitl.firmware.px4_guidance import Guidance
+from sitl.firmware.px4_links import Links, may_be_piloted
 from sitl.firmware.px4_navigator import Navigator
 from sitl.firmware.px4_offboard import Offboard
 from sitl.firmware.px4_parameters import Px4Parameters
-from sitl.firmware.px4_takeoff import LandDetector, TakeoffPhase
+from sitl.firmware.px4_takeoff import AutoDisarm, LandDetector, TakeoffPhase
 from sitl.firmware.px4_tuning import tuned_parameters
 from sitl.plant import STEPS_PER_TICK, TICK_S, Plant, TickNoise
 from sitl.vehicle import Vehicle
@@ -47,13 +46,12 @@ class Px4(Commander[Px4Parameters]):
         self._navigator = Navigator(self._parameters, estimator, self._guidance, self._say)
         self.plans, self._fence = self._navigator.plans, self._navigator.fence
         self._land_detector = LandDetector(self._parameters)
-        self._has_flown = False
-        self._idle_since_s = 0.0
+        self._auto_disarm = AutoDisarm()
         self._offboard = Offboard()
         self._offboard_interrupted = False
-        self._ground_link = GroundLink()
+        self._links = Links()
+        self._armed_s = 0.0
         self._link_failsafe = False
-        self._resets = 0
         self._battery_watch = BatteryWatch()
 
     # What it reports
@@ -113,8 +111,8 @@ class Px4(Commander[Px4Parameters]):
             self._say(Severity.CRITICAL, f"Arming denied: {reason}")
             return Result.TEMPORARILY_REJECTED
         self._armed = True
-        self._has_flown = False
-        self._idle_since_s = self._time_s
+        self._armed_s = self._time_s
+        self._auto_disarm.begin(self._time_s)
         self._navigator.begin_flight()
         self._say(Severity.INFO, "Armed by external command")
         return Result.ACCEPTED
@@ -138,7 +136,7 @@ class Px4(Commander[Px4Parameters]):
 
     def hear_ground_station(self, system_id: int) -> None:
         """Any ground station keeps the link alive."""
-        self._ground_link.hear(self._time_s)
+        self._links.hear_ground(self._time_s)
 
     def turn(self, yaw: float) -> Result:
         """Turn to a heading (rad) while the path stays."""
@@ -149,14 +147,9 @@ class Px4(Commander[Px4Parameters]):
         """Change the mode, unless its conditions are not met; the reason is a status text."""
         if mode is Mode.TAKEOFF:
             return self.takeoff()
-        if mode in _PILOTED and not self._pilot.is_there(self._time_s):
-            self._say(Severity.CRITICAL, f"Switching to mode {mode.name} denied: no manual control")
-            return Result.TEMPORARILY_REJECTED
-        if mode is Mode.OFFBOARD and self._armed and not self._offboard_is_alive():
-            self._say(Severity.CRITICAL, "Switching to mode OFFBOARD denied: no offboard setpoints")
-            return Result.TEMPORARILY_REJECTED
-        if mode is Mode.MISSION and self._navigator.refusal is not None:
-            self._say(Severity.CRITICAL, f"Switching to mode MISSION denied: {self._navigator.refusal}")
+        reason = self._reason_not_to_enter(mode)
+        if reason is not None:
+            self._say(Severity.CRITICAL, f"Switching to mode {mode.name} denied: {reason}")
             return Result.TEMPORARILY_REJECTED
         self._choose()
         if mode is not self._mode:
@@ -166,6 +159,9 @@ class Px4(Commander[Px4Parameters]):
     def start_mission(self, first: int | None = None) -> Result:
         """Mission mode from item `first` or where the mission is; arms, too."""
         mission = self.plans.mission
+        if self._navigator.refusal is not None:
+            self._say(Severity.CRITICAL, "Mission start denied! No valid mission")
+            return Result.DENIED
         if first is not None and not 0 <= first < len(mission.plan):
             return Result.DENIED
         result = self.set_mode(Mode.MISSION)
@@ -186,13 +182,12 @@ class Px4(Commander[Px4Parameters]):
 
     def takeoff(self, altitude_m: float | None = None) -> Result:
         """Takeoff mode to `altitude_m` (m) above the present height; MIS_TAKEOFF_ALT when None."""
-        if not self.on_ground:
-            self._say(Severity.CRITICAL, "Takeoff denied: already flying")
-            return Result.TEMPORARILY_REJECTED
         climb = self._parameters.MIS_TAKEOFF_ALT if altitude_m is None else altitude_m
-        if not climb > 0.0:
-            self._say(Severity.CRITICAL, "Takeoff denied: altitude must be above the vehicle")
-            return Result.DENIED
+        if altitude_m is None:
+            self._say(Severity.INFO, f"Using default takeoff altitude: {climb:.1f} m")
+        if climb < 0.0:
+            self._say(Severity.CRITICAL, "Already higher than takeoff altitude")
+            climb = 0.0
         self._choose()
         self._mode = Mode.TAKEOFF
         self._guidance.follow([self._estimator.position - np.array((0.0, 0.0, climb))])
@@ -217,7 +212,7 @@ class Px4(Commander[Px4Parameters]):
 
     def begin_in_flight(self) -> None:
         """Fly already, armed, in OFFBOARD; the estimate says where."""
-        self._armed = self._has_flown = True
+        self._armed = self._auto_disarm.has_flown = True
         self._mode = Mode.OFFBOARD
         self._control.begin_in_flight()
         self._land_detector.landed = False
@@ -231,15 +226,18 @@ class Px4(Commander[Px4Parameters]):
         self._time_s = (first_step + STEPS_PER_TICK) / STEPS_PER_S
 
     def _update(self) -> None:
-        self._watch_resets()
+        jump = self._new_jump()
+        if jump is not None:  # what was sent before jumps along
+            self._control.jump(jump[1])
+            self._offboard.jump(*jump)
         if self._armed:
             self._watch_offboard()
             self._watch_pilot()
-            self._watch_ground_link()
+            self._watch_links()
             self._watch_battery()
             following = self._navigator.update(self._mode, self._time_s, landed=self.on_ground)
             if following is not None:
-                self._enter(following)
+                self._do(following)
         p, takeoff = self._parameters, self._control.takeoff
         takeoff.update(armed=self._armed, landed=self.on_ground, wanted=self._wants_takeoff(), dt=TICK_S)
         climb = p.MPC_TKO_SPEED if self._mode is Mode.TAKEOFF else p.MPC_Z_VEL_MAX_UP
@@ -261,41 +259,28 @@ class Px4(Commander[Px4Parameters]):
         else:
             self._guidance.update(max(max_up, 0.0))
 
-    def _watch_resets(self) -> None:
-        """Where the estimate jumps, what was sent before jumps along."""
-        resets = int(self._estimator.resets[0])
-        if resets == self._resets:
-            return
-        self._resets = resets
-        position, velocity = self._estimator.jump
-        self._control.jump(velocity)
-        self._offboard.jump(position, velocity)
-
     def _wants_takeoff(self) -> bool:
         if not self._armed or not self.on_ground:
             return False
         if self._mode is Mode.OFFBOARD:
             return self._offboard_is_alive() and self._offboard.climbs_from(self._estimator.position[2])
-        return self._mode in (Mode.TAKEOFF, Mode.MISSION) and self._guidance.climbs
+        return self._guidance.climbs and (self._mode is Mode.TAKEOFF or self._is_amid_mission)
+
+    @property
+    def _is_amid_mission(self) -> bool:
+        return self._mode is Mode.MISSION and not self.plans.mission.complete
 
     def _watch_ground(self) -> None:
         """Land detection, what follows from it, and the end of a takeoff."""
-        velocity = self._estimator.velocity
-        was_on_ground = self.on_ground
-        self._land_detector.update(
-            phase=self._control.takeoff.phase,
-            speed=math.sqrt(velocity[0] ** 2 + velocity[1] ** 2 + velocity[2] ** 2),
-            climb_rate=-velocity[2],
-            thrust=self._control.thrust,
-            dt=TICK_S,
-        )
+        was_on_ground, phase = self.on_ground, self._control.takeoff.phase
+        self._land_detector.update(phase, self._estimator.velocity, self._control.thrust, TICK_S)
         if not self._armed:
             return
         if was_on_ground and not self.on_ground:
-            self._has_flown = True
+            self._auto_disarm.has_flown = True
             self._say(Severity.INFO, "Takeoff detected")
         elif self.on_ground and not was_on_ground:
-            self._idle_since_s = self._time_s
+            self._auto_disarm.wait(self._time_s)
             self._say(Severity.INFO, "Landing detected")
         if self.on_ground:
             self._disarm_when_idle()
@@ -303,12 +288,10 @@ class Px4(Commander[Px4Parameters]):
             self._mode = Mode.HOLD
 
     def _disarm_when_idle(self) -> None:
-        p = self._parameters
-        limit_s = p.COM_DISARM_LAND if self._has_flown else p.COM_DISARM_PRFLT
         if self._control.takeoff.phase is TakeoffPhase.RAMPUP:
-            self._idle_since_s = self._time_s
-        elif limit_s > 0.0 and self._time_s - self._idle_since_s >= limit_s:
-            self._disarm("Disarmed by landing" if self._has_flown else "Disarmed by auto preflight disarming")
+            self._auto_disarm.wait(self._time_s)
+        elif self._auto_disarm.is_due(self._parameters, self._time_s, amid_mission=self._is_amid_mission):
+            self._disarm(self._auto_disarm.text)
 
     def _disarm(self, text: str) -> None:
         self._armed = False
@@ -331,7 +314,7 @@ class Px4(Commander[Px4Parameters]):
     def _watch_pilot(self) -> None:
         """Sticks that are moved take over, where COM_RC_OVERRIDE lets them; let go, they leave a hold."""
         p, time_s = self._parameters, self._time_s
-        piloted = self._pilot.flies(time_s)
+        piloted = may_be_piloted(p) and self._pilot.flies(time_s)
         moved = piloted and self._pilot.sticks.largest > 0.01 * p.COM_RC_STICK_OV
         bit = _OVERRIDES_OFFBOARD if self._mode is Mode.OFFBOARD else _OVERRIDES_AUTOMATIC
         if moved and self._mode not in (Mode.POSCTL, *_PILOTED) and p.COM_RC_OVERRIDE & bit:
@@ -342,33 +325,39 @@ class Px4(Commander[Px4Parameters]):
             self._guidance.hold()
         self._was_piloted = piloted and self._mode in (Mode.POSCTL, *_PILOTED)
 
-    def _watch_ground_link(self) -> None:
-        action = self._ground_link.update(self._parameters, self._mode, self._time_s)
-        if action is not None and not self.on_ground:
+    def _watch_links(self) -> None:
+        if self._mode is Mode.LAND or self.on_ground:
+            return
+        loss = self._links.update(self._parameters, self._mode, self._pilot, self._armed_s, self._time_s)
+        if loss is not None:
             self._link_failsafe = True
-            self._act(action, "connection to ground station lost")
+            self._act(*loss)
 
     def _act(self, action: Action, reason: str) -> None:
         """Do what a failsafe asks for, and say why."""
         self._say(Severity.WARNING, f"Failsafe: {reason}, {action.name}")
+        if action is not self._mode:
+            self._do(action)
+
+    def _do(self, action: Action) -> None:
         if action is Stop.TERMINATE:
             self.terminate()
         elif action is Stop.DISARM:
             self._disarm("Disarmed by failsafe")
-        elif action is not self._mode:
+        else:
             self._enter(action)
 
     def _choose(self) -> None:
         """Somebody chooses a mode: no failsafe changes it back."""
         self._offboard_interrupted = self._link_failsafe = False
-        self._ground_link.dismiss()
+        self._links.dismiss()
 
     def _watch_battery(self) -> None:
         """Warn when low, and do what follows from less."""
         remaining = float(self._pack.state[0])
         if not self._battery_watch.falls(self._parameters, remaining):
             return
-        action = self._battery_watch.action
+        action = self._battery_watch.action(self._parameters)
         if action is None or self._mode is Mode.LAND or self.on_ground:
             self._say(Severity.WARNING, f"Low battery: {remaining:.0%}")
             return
@@ -383,10 +372,17 @@ class Px4(Commander[Px4Parameters]):
         age_s = self._offboard.age_s(self._time_s)
         return age_s < self._parameters.COM_OF_LOSS_T and self._position_ok
 
+    def _reason_not_to_enter(self, mode: Mode) -> str | None:
+        if mode in _PILOTED and not self._pilot.is_there(self._time_s):
+            return "no manual control"
+        if mode is Mode.OFFBOARD and self._armed and not self._offboard_is_alive():
+            return "no offboard setpoints"
+        return self._navigator.refusal if mode is Mode.MISSION else None
+
     def _reason_not_to_arm(self) -> str | None:
         if self._terminated:
             return "flight termination active"
-        if self._ground_link.is_lost(self._parameters, self._time_s):
+        if self._links.misses_ground(self._parameters, self._time_s):
             return "no connection to the ground control station"
         if not self._position_ok:
             return "Resolve system health failures first"

@@ -1,6 +1,5 @@
-"""What PX4 does when the setpoints or the ground station are gone (its commander/failsafe/failsafe.cpp)."""
+"""What PX4 does without setpoints, beyond its fence and with a low battery (`failsafe/failsafe.cpp`)."""
 
-import math
 from collections.abc import Mapping
 from enum import Enum, auto
 from typing import TypeAlias
@@ -30,52 +29,20 @@ OFFBOARD_LOST: Mapping[int, Action] = {
 }
 """COM_OBL_RC_ACT."""
 
-_LINK_LOST: Mapping[int, Action] = {
-    1: Mode.HOLD,
-    2: Mode.RTL,
-    3: Mode.LAND,
-    5: Stop.TERMINATE,
-    6: Stop.DISARM,
+BREACH_ACTIONS: Mapping[int, Action] = {
+    2: Mode.HOLD,
+    3: Mode.RTL,
+    4: Stop.TERMINATE,
+    5: Mode.LAND,
 }
-"""NAV_DLL_ACT."""
+"""GF_ACTION."""
 
-
-class GroundLink:
-    """Whether the ground station is heard, and what to do when it no longer is."""
-
-    def __init__(self) -> None:
-        self._heard_s = -math.inf
-        self._lost_s: float | None = None
-        self._done = False
-
-    def hear(self, time_s: float) -> None:
-        """A heartbeat came at this time (s)."""
-        self._heard_s = time_s
-
-    def dismiss(self) -> None:
-        """Somebody has chosen a mode: this loss has no further consequence."""
-        self._done = self._lost_s is not None
-
-    def is_lost(self, parameters: Px4Parameters, time_s: float) -> bool:
-        """Whether a failsafe counts the link as lost."""
-        return parameters.NAV_DLL_ACT != 0 and time_s - self._heard_s > parameters.COM_DL_LOSS_T
-
-    def update(self, parameters: Px4Parameters, mode: Mode, time_s: float) -> Action | None:
-        """What has to be done now: a hold at first, which leaves COM_FAIL_ACT_T to think, then the rest."""
-        if not self.is_lost(parameters, time_s):
-            self._lost_s, self._done = None, False
-            return None
-        action = _LINK_LOST[parameters.NAV_DLL_ACT]
-        if self._done or mode is Mode.LAND:
-            return None
-        if self._lost_s is None:
-            self._lost_s = time_s
-            self._done = action is Mode.HOLD or isinstance(action, Stop)
-            return action if self._done else Mode.HOLD
-        if time_s - self._lost_s < parameters.COM_FAIL_ACT_T:
-            return None
-        self._done = True
-        return action
+_LOW_BATTERY: Mapping[int, tuple[Mode | None, ...]] = {
+    0: (None, None, None, None),
+    2: (None, None, Mode.LAND, Mode.LAND),
+    3: (None, None, Mode.RTL, Mode.LAND),
+}
+"""By COM_LOW_BAT_ACT and level."""
 
 
 class BatteryWatch:
@@ -91,7 +58,6 @@ class BatteryWatch:
         self.level = max(before, sum(remaining < threshold for threshold in thresholds))
         return self.level > before
 
-    @property
-    def action(self) -> Mode | None:
-        """Return when critical, land when nearly empty (COM_LOW_BAT_ACT 3)."""
-        return (None, None, Mode.RTL, Mode.LAND)[self.level]
+    def action(self, parameters: Px4Parameters) -> Mode | None:
+        """What COM_LOW_BAT_ACT asks for at this level."""
+        return _LOW_BATTERY[parameters.COM_LOW_BAT_ACT][self.level]

@@ -12,6 +12,7 @@ import numpy as np
 from sitl.estimator import Estimator
 from sitl.firmware.fence_watch import FenceWatch
 from sitl.firmware.interface import Mode, Severity
+from sitl.firmware.px4_failsafes import BREACH_ACTIONS, Action
 from sitl.firmware.px4_feasibility import fence_limits, reason_to_refuse
 from sitl.firmware.px4_guidance import Guidance
 from sitl.firmware.px4_parameters import Px4Parameters
@@ -23,7 +24,6 @@ from sitl.plan.plans import Plans
 from sitl.quaternion import yaw_of
 
 _RULES = MissionRules(first=0, waypoint_params=True, reports_every_item=True, climbs_first=True)
-_BREACH_MODES = {2: Mode.HOLD, 3: Mode.RTL, 5: Mode.LAND}
 _CURRENT_PLACE = 1.0
 
 Say = Callable[[Severity, str], None]
@@ -79,8 +79,8 @@ class Navigator:
         """Ground speed (m/s) of the present mode and of the mission; below 0 the usual one."""
         self._guidance.speed = speed_m_s if speed_m_s > 0.0 else None
 
-    def update(self, mode: Mode, time_s: float, *, landed: bool) -> Mode | None:
-        """Follow mission or return, and mind the fence; the mode that should come next, if another should."""
+    def update(self, mode: Mode, time_s: float, *, landed: bool) -> Action | None:
+        """Follow mission or return, and mind the fence; what should come next, if anything else should."""
         self.landed = landed
         breached = self._broken_fence(time_s)
         if breached is not None and not landed and mode is not Mode.LAND:
@@ -91,15 +91,15 @@ class Navigator:
             self._wait_over_landing(time_s)
         return None
 
-    def _broken_fence(self, time_s: float) -> Mode | None:
-        """What a breach of the fence asks for now: a mode, or a warning only."""
+    def _broken_fence(self, time_s: float) -> Action | None:
+        """What a breach of the fence asks for now; nothing where it is a warning only."""
         p = self._parameters
         if not self.fence.update(self._limits, self._estimate.position, self.plans.home, time_s):
             return None
-        mode = _BREACH_MODES.get(p.GF_ACTION)
-        limit = self.fence.status.breach
-        self._say(Severity.WARNING, f"Geofence violation: {limit}" + (f", mode {mode.name}" if mode else ""))
-        return mode
+        action = BREACH_ACTIONS.get(p.GF_ACTION)
+        text = f"Geofence violation: {self.fence.status.breach}"
+        self._say(Severity.WARNING, text if action is None else f"{text}, {action.name}")
+        return action
 
     def _follow_mission(self, time_s: float) -> Mode | None:
         p, e = self._parameters, self._estimate
@@ -112,12 +112,12 @@ class Navigator:
             radius=p.NAV_ACC_RAD,
             height=p.NAV_MC_ALT_RAD,
         )
+        was_complete = self._mission.complete
         leg = self._mission.update(now)
         if leg is not None:
             self._fly(leg)
-        if self._mission.complete:
-            self._say(Severity.INFO, "Mission finished, loitering.")
-            return Mode.HOLD
+        if self._mission.complete and not was_complete:
+            self._say(Severity.INFO, f"Mission finished, {'landed' if self.landed else 'loitering'}")
         return self._next
 
     def _fly(self, leg: Leg) -> None:

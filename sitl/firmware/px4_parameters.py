@@ -57,7 +57,6 @@ class Px4Parameters(Parameters):
     MIS_DIST_1WP: float = Field(10000.0, ge=-1.0, le=100000.0)
     NAV_ACC_RAD: float = Field(2.0, ge=0.05, le=200.0)
     NAV_MC_ALT_RAD: float = Field(0.8, ge=0.05, le=200.0)
-    NAV_LOITER_RAD: float = Field(80.0, ge=25.0, le=1000.0)
     RTL_TYPE: Literal[0, 1, 2, 3, 4, 5] = 0
     RTL_RETURN_ALT: float = Field(30.0, ge=0.0)
     RTL_DESCEND_ALT: float = Field(10.0, ge=0.0)
@@ -70,7 +69,6 @@ class Px4Parameters(Parameters):
     """None, Warning, Hold, Return, Terminate, Land."""
     GF_MAX_HOR_DIST: float = Field(0.0, ge=0.0, le=10000.0)
     GF_MAX_VER_DIST: float = Field(0.0, ge=0.0, le=10000.0)
-    GF_PREDICT: Literal[0, 1] = 0
 
     # Attitude control
     MC_ROLL_P: float = Field(6.5, ge=0.0, le=12.0)
@@ -112,6 +110,9 @@ class Px4Parameters(Parameters):
     COM_RC_STICK_OV: float = Field(30.0, ge=5.0, le=80.0)
     COM_RC_IN_MODE: int = Field(3, ge=0, le=8)
     """4: no pilot's control is wanted."""
+    COM_RC_LOSS_T: float = Field(0.5, ge=0.0, le=35.0)
+    NAV_RCL_ACT: Literal[1, 2, 3, 5, 6] = 2
+    """When the pilot's control is gone: Hold, Return, Land, Terminate, Disarm."""
     COM_DL_LOSS_T: int = Field(10, ge=5, le=300)
     COM_FAIL_ACT_T: float = Field(5.0, ge=0.0, le=25.0)
     NAV_DLL_ACT: Literal[0, 1, 2, 3, 5, 6] = 0
@@ -119,7 +120,9 @@ class Px4Parameters(Parameters):
     SYS_FAILURE_EN: Literal[0, 1] = 0
     MAV_SYS_ID: int = Field(1, ge=1, le=255)
     SYS_AUTOSTART: int = Field(4001, ge=0, le=9999999)
-    """PX4's generic quadrotor."""
+    """PX4's generic quadrotor; acts on nothing, but ground stations take 0 for a vehicle without airframe."""
+    COM_LOW_BAT_ACT: Literal[0, 2, 3] = 0
+    """When the battery is critical: a warning, Land, or Return and Land when it is nearly empty."""
     BAT_LOW_THR: float = Field(0.15, ge=0.12, le=0.5)
     BAT_CRIT_THR: float = Field(0.07, ge=0.05, le=0.5)
     BAT_EMERGEN_THR: float = Field(0.05, ge=0.03, le=0.5)

@@ -12,16 +12,16 @@ from sitl.plan.plans import Plans
 
 
 def return_place(parameters: Px4Parameters, plans: Plans, here: Vec3) -> Vec3:
-    """Home, a rally point or where the mission lands, as RTL_TYPE has it; NED (m), on the ground."""
+    """Home, a rally point or where the mission lands, as RTL_TYPE has it; NED (m)."""
     home = plans.home
-    rally = [_on_ground(local_place(item, home), home) for item in plans[PlanKind.RALLY].items]
+    rally = [local_place(item, home) for item in plans[PlanKind.RALLY].items]
     mission = plans[PlanKind.MISSION].items
-    landing = [
-        _on_ground(local_place(item, home), home) for item in mission if item.command == Command.NAV_LAND
-    ]
+    landing = [local_place(item, home) for item in mission if item.command == Command.NAV_LAND]
     match parameters.RTL_TYPE:
         case 0:
             candidates = [home, *rally]
+        case 1:
+            candidates = [*rally, *landing[:1]] or [home]
         case 3:
             candidates = [home, *rally, *landing[:1]]
         case 5:
@@ -29,11 +29,6 @@ def return_place(parameters: Px4Parameters, plans: Plans, here: Vec3) -> Vec3:
         case _:
             candidates = landing[:1] or [home]
     return min(candidates, key=lambda place: float(np.linalg.norm(place[:2] - here[:2])))
-
-
-def _on_ground(place: Vec3, home: Vec3) -> Vec3:
-    """The ground is as high as home everywhere."""
-    return np.array((place[0], place[1], home[2]))
 
 
 def return_height(parameters: Px4Parameters, place: Vec3, here: Vec3) -> float:
@@ -51,4 +46,4 @@ def return_height(parameters: Px4Parameters, place: Vec3, here: Vec3) -> float:
             if away <= p.RTL_MIN_DIST:
                 height = min(height, away / math.tan(math.radians(min(p.RTL_CONE_ANG, 89))))
             height = max(height, 2.0 * p.NAV_ACC_RAD)
-    return max(now, min(height, p.RTL_RETURN_ALT))
+    return max(now, height)

@@ -1,8 +1,9 @@
-"""How PX4 leaves and finds the ground: takeoff phases with a thrust ramp, and the land detector."""
+"""How PX4 leaves and finds the ground: takeoff phases with a thrust ramp, land detector, disarming."""
 
 import math
 from enum import IntEnum
 
+from sitl.arrays import Vec3
 from sitl.firmware.px4_parameters import Px4Parameters
 from sitl.vehicle import GRAVITY_M_S2
 
@@ -93,15 +94,46 @@ class LandDetector:
         """Go by these from now on."""
         self._low_thrust = _LOW_THRUST_SHARE * parameters.MPC_THR_HOVER
 
-    def update(
-        self, *, phase: TakeoffPhase, speed: float, climb_rate: float, thrust: float, dt: float
-    ) -> None:
-        """Move on by `dt` (s); `speed` and `climb_rate` estimated (m/s), `thrust` commanded (0 to 1)."""
+    def update(self, phase: TakeoffPhase, velocity: Vec3, thrust: float, dt: float) -> None:
+        """Move on by `dt` (s); `velocity` estimated, NED (m/s), `thrust` commanded (0 to 1)."""
+        north, east, down = velocity
         if self.landed:
-            climbing = phase is TakeoffPhase.RAMPUP and climb_rate > _CLIMBING_M_S
+            climbing = phase is TakeoffPhase.RAMPUP and -down > _CLIMBING_M_S
             self.landed = not (climbing or phase is TakeoffPhase.FLIGHT)
             self._still_s = 0.0
             return
-        still = thrust < self._low_thrust and speed < _STANDSTILL_M_S
+        still = thrust < self._low_thrust and math.hypot(north, east, down) < _STANDSTILL_M_S
         self._still_s = self._still_s + dt if still else 0.0
         self.landed = phase is TakeoffPhase.DISARMED or self._still_s >= _LANDED_AFTER_S
+
+
+class AutoDisarm:
+    """Disarms who stays on the ground: COM_DISARM_LAND after a flight, COM_DISARM_PRFLT before one.
+
+    Attributes:
+        has_flown: whether the vehicle was in the air since it was armed.
+    """
+
+    def __init__(self) -> None:
+        self.has_flown = False
+        self._since_s = 0.0
+
+    def begin(self, time_s: float) -> None:
+        """Armed now (s)."""
+        self.has_flown = False
+        self._since_s = time_s
+
+    def wait(self, time_s: float) -> None:
+        """Count from now (s)."""
+        self._since_s = time_s
+
+    def is_due(self, parameters: Px4Parameters, time_s: float, *, amid_mission: bool) -> bool:
+        """Whether it is time (s); not after a landing in a mission that goes on."""
+        p = parameters
+        limit_s = p.COM_DISARM_LAND if self.has_flown else p.COM_DISARM_PRFLT
+        return 0.0 < limit_s <= time_s - self._since_s and not (self.has_flown and amid_mission)
+
+    @property
+    def text(self) -> str:
+        """For the person on the ground."""
+        return "Disarmed by landing" if self.has_flown else "Disarmed by auto preflight disarming"

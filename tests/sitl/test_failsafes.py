@@ -3,6 +3,7 @@ import pytest
 from sitl_flights import in_hover, simulation, stream, texts
 
 from sitl.firmware.interface import Landed, Mode, Result, Setpoint
+from sitl.firmware.pilot import Sticks
 from sitl.simulation import Simulation
 from sitl.vehicle import Vehicle, load_vehicle
 
@@ -78,6 +79,42 @@ def test_px4_does_not_arm_without_a_ground_station_that_it_must_hear() -> None:
     assert sim.firmware.arm() is Result.TEMPORARILY_REJECTED
     sim.firmware.hear_ground_station(255)
     assert sim.firmware.arm() is Result.ACCEPTED
+
+
+def lose_pilot(sim: Simulation, **parameters: float) -> None:
+    """Sticks in their middle, and then none."""
+    for name, value in parameters.items():
+        sim.firmware.set_parameter(name, value)
+    sim.firmware.move_sticks(Sticks())
+    sim.advance(sim.time_s + 1.0)
+
+
+@pytest.mark.parametrize(("action", "mode"), [(1, Mode.HOLD), (2, Mode.RTL), (3, Mode.LAND)])
+def test_px4_misses_a_pilot_who_was_there(action: int, mode: Mode) -> None:
+    sim = in_hover()
+    lose_pilot(sim, NAV_RCL_ACT=action, COM_FAIL_ACT_T=2.0, RTL_RETURN_ALT=4.0)
+    assert (sim.firmware.mode, sim.firmware.failsafe) == (Mode.HOLD, True)
+    sim.advance(sim.time_s + 2.0)
+    assert sim.firmware.mode is mode
+    assert "manual control lost" in texts(sim)
+
+
+@pytest.mark.parametrize(
+    "parameters", [{"COM_RCL_EXCEPT": 2}, {"COM_RC_IN_MODE": 4}, {"COM_RC_LOSS_T": 30.0}]
+)
+def test_px4_goes_on_without_a_pilot_where_it_may(parameters: dict[str, float]) -> None:
+    sim = in_hover()
+    lose_pilot(sim, NAV_RCL_ACT=3, COM_FAIL_ACT_T=0.0, **parameters)
+    assert (sim.firmware.mode, sim.firmware.failsafe) == (Mode.HOLD, False)
+
+
+def test_px4_does_not_miss_a_pilot_who_was_gone_before_it_was_armed() -> None:
+    sim = simulation()
+    lose_pilot(sim, NAV_RCL_ACT=3, COM_FAIL_ACT_T=0.0)
+    sim.firmware.takeoff()
+    sim.firmware.arm()
+    sim.advance(15.0)
+    assert sim.firmware.mode is Mode.HOLD
 
 
 @pytest.mark.parametrize(

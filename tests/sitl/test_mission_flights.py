@@ -73,9 +73,9 @@ def test_px4_flies_a_mission_to_its_end_and_lands() -> None:
     assert sim.firmware.plans.mission.take_reached() == [0, 1, 2, 3]
     assert nearest(sim, 15.0, 0.0, -5.0) < 2.0
     assert not sim.firmware.armed
-    assert mode_of(sim) is Mode.HOLD
+    assert mode_of(sim) is Mode.MISSION
     assert sim.truth.position == pytest.approx((0.0, 10.0, 0.0), abs=0.3)
-    assert "Mission finished" in texts(sim)
+    assert "Mission finished, landed" in texts(sim)
 
 
 def test_px4_arms_in_mission_mode_and_takes_off_by_itself() -> None:
@@ -85,15 +85,17 @@ def test_px4_arms_in_mission_mode_and_takes_off_by_itself() -> None:
     assert sim.firmware.arm() is Result.ACCEPTED
     fly(sim, 40.0, until=MissionState.COMPLETE)
     fly(sim, 5.0)
-    assert mode_of(sim) is Mode.HOLD
+    assert mode_of(sim) is Mode.MISSION
+    assert "Mission finished, loitering" in texts(sim)
     assert sim.truth.position == pytest.approx((15.0, 0.0, -5.0), abs=2.5)
 
 
 def test_px4_has_no_mission_mode_without_a_mission() -> None:
     sim = simulation()
     assert sim.firmware.set_mode(Mode.MISSION) is Result.TEMPORARILY_REJECTED
-    assert sim.firmware.start_mission() is Result.TEMPORARILY_REJECTED
     assert "MISSION denied: no valid mission" in texts(sim)
+    assert sim.firmware.start_mission() is Result.DENIED
+    assert "No valid mission" in texts(sim)
 
 
 @pytest.mark.parametrize(
@@ -110,6 +112,22 @@ def test_px4_says_why_a_mission_is_not_feasible(items: tuple[Item, ...], reason:
     load(sim, *items)
     assert f"Mission rejected: {reason}" in texts(sim)
     assert sim.firmware.set_mode(Mode.MISSION) is Result.TEMPORARILY_REJECTED
+
+
+def test_px4_takes_off_again_after_a_landing_amid_the_mission() -> None:
+    sim = simulation()
+    load(sim, TAKEOFF, OUT, item(Command.NAV_LAND, 15.0), item(Command.NAV_WAYPOINT, 15.0, 5.0, 4.0))
+    sim.firmware.start_mission()
+    fly(sim, 90.0, until=MissionState.COMPLETE)
+    assert sim.firmware.armed
+    assert "Landing detected" in texts(sim)
+    assert sim.truth.position == pytest.approx((15.0, 5.0, -4.0), abs=2.5)
+
+
+def test_px4_ends_the_flight_beyond_a_fence_that_asks_for_it() -> None:
+    sim = in_hover(with_parameters(GF_ACTION=4, GF_MAX_VER_DIST=1.0))
+    assert not sim.firmware.armed
+    assert "Geofence violation: altitude, TERMINATE" in texts(sim)
 
 
 def test_px4_goes_on_after_a_pause() -> None:
@@ -188,7 +206,7 @@ def test_px4_refuses_a_mission_beyond_the_fence() -> None:
     load(sim, item(Command.FENCE_INCLUSION_CIRCLE, params=(10.0, 0.0, 0.0, 0.0)), kind=PlanKind.FENCE)
     load(sim, TAKEOFF, OUT)
     assert "geofence violation for waypoint 2" in texts(sim)
-    assert sim.firmware.start_mission() is Result.TEMPORARILY_REJECTED
+    assert sim.firmware.start_mission() is Result.DENIED
     load(sim, kind=PlanKind.FENCE)
     assert sim.firmware.start_mission() is Result.ACCEPTED
 

@@ -56,17 +56,22 @@ def test_takes_off_to_a_given_altitude() -> None:
     assert sim.truth.position[2] == pytest.approx(-6.0, abs=0.1)
 
 
-@pytest.mark.parametrize("altitude_m", [0.0, -1.0, math.nan])
-def test_takeoff_downwards_is_refused(altitude_m: float) -> None:
-    sim = simulation()
-    assert sim.firmware.takeoff(altitude_m) is Result.DENIED
-    assert "altitude" in texts(sim)
-
-
-def test_takeoff_in_the_air_is_refused() -> None:
+@pytest.mark.parametrize("altitude_m", [0.0, -1.0])
+def test_a_takeoff_does_not_go_down(altitude_m: float) -> None:
     sim = in_hover()
-    assert sim.firmware.takeoff() is Result.TEMPORARILY_REJECTED
-    assert "already flying" in texts(sim)
+    assert sim.firmware.takeoff(altitude_m) is Result.ACCEPTED
+    assert ("Already higher" in texts(sim)) == (altitude_m < 0.0)
+    sim.advance(sim.time_s + 3.0)
+    assert sim.firmware.mode is Mode.HOLD
+    assert sim.truth.position[2] == pytest.approx(-2.5, abs=0.1)
+
+
+def test_a_takeoff_in_the_air_climbs_on() -> None:
+    sim = in_hover()
+    assert sim.firmware.takeoff() is Result.ACCEPTED
+    assert "Using default takeoff altitude: 2.5 m" in texts(sim)
+    sim.advance(sim.time_s + 8.0)
+    assert sim.truth.position[2] == pytest.approx(-5.0, abs=0.2)
 
 
 def test_lands_gently_and_disarms() -> None:
@@ -161,7 +166,7 @@ def test_arming_is_refused_with_a_low_battery() -> None:
 
 
 def test_battery_drains_warns_and_ends_the_flight() -> None:
-    sim = in_hover(small_battery(RTL_RETURN_ALT=3.0))
+    sim = in_hover(small_battery(RTL_RETURN_ALT=3.0, COM_LOW_BAT_ACT=3))
     full = sim.firmware.battery
     assert full.current_a == pytest.approx(BEBOP2.hover_current_a, rel=0.2)
     said = ""
@@ -173,6 +178,13 @@ def test_battery_drains_warns_and_ends_the_flight() -> None:
     assert not sim.firmware.armed
     assert sim.firmware.battery.voltage_v < full.voltage_v
     assert max(truth.velocity[2] for truth in sim.truth_log) < 1.6
+
+
+def test_a_low_battery_is_told_of_where_nothing_else_is_asked_for() -> None:
+    sim = in_hover(small_battery(BAT_CRIT_THR=0.45, BAT_LOW_THR=0.5))
+    sim.advance(sim.time_s + 15.0)
+    assert sim.firmware.mode is Mode.HOLD
+    assert texts(sim).count("Low battery") == 2
 
 
 # Offboard
