@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from companion import clock
 from companion.arrays import Vec3
 from companion.autopilot.flight_modes import MODE_TIMEOUT_S, FlightModes
 from companion.errors import NoReplyError
@@ -9,7 +10,6 @@ from companion.link.command import command
 from companion.link.connection import Connection
 from companion.link.dialect import mavlink
 from companion.link.parameter import read_parameter
-from companion.link.status import Landed
 from companion.link.telemetry import Telemetry
 
 _CLIMB_M_S = 0.5  # slower than any sensible MPC_TKO_SPEED or WPNAV_SPEED_UP
@@ -69,14 +69,11 @@ async def parameter_or(connection: Connection, name: str, otherwise: float) -> f
 async def until_down(
     telemetry: Telemetry, modes: FlightModes, own: tuple[int, ...], timeout_s: float = _LAND_TIMEOUT_S
 ) -> None:
-    """Wait until the vehicle is on the ground and disarmed itself.
+    """Wait until the vehicle is on the ground, and disarmed itself if it does that at all.
 
     Raises:
         TakenError: it left the modes of a landing, `own`, unasked.
         FlightError, LinkError: as `FlightModes.until`.
     """
-
-    def is_down() -> bool:
-        return telemetry.status.landed is Landed.ON_GROUND and not telemetry.status.armed
-
-    await modes.until(modes.unless_taken(own, is_down), timeout_s, "it did not land and disarm")
+    is_down = modes.unless_taken(own, lambda: telemetry.status.is_down(clock.now()))
+    await modes.until(is_down, timeout_s, "it did not land and disarm")

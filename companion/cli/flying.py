@@ -26,7 +26,8 @@ from companion.recording import Provenance, write_recording
 from companion.trajectory import Limits, Trajectory, summarise
 from companion.trajectory.limits import peaks_of, stretches
 
-_STOPPED = 130  # what shells report for a program that Ctrl-C ended
+STOPPED = 130
+"""Exit status that shells report for a program which Ctrl-C ended."""
 
 
 class Course(Protocol):
@@ -165,7 +166,7 @@ def conduct(request: Request, record: Path | None, console: Console) -> Flown:
         return clock.run(_fly(request, recorder, console), virtual=isinstance(request.address, Simulated))
     except KeyboardInterrupt:
         console.print("stopped")
-        raise typer.Exit(_STOPPED) from None
+        raise typer.Exit(STOPPED) from None
     finally:
         recording = recorder.recording(request.provenance)
         if record is not None and len(recording.states.time_s):

@@ -1,5 +1,6 @@
 """`companion mission start`: have a vehicle fly its mission, and see it through."""
 
+import asyncio
 from pathlib import Path
 from typing import Annotated
 
@@ -9,7 +10,7 @@ from rich.console import Console
 from companion.autopilot import detect
 from companion.cli import options
 from companion.cli.display import FlightDisplay
-from companion.cli.flying import show
+from companion.cli.flying import STOPPED, show
 from companion.cli.mission import summary, transfer_bar, with_vehicle
 from companion.cli.params import Place
 from companion.cli.result_file import write_result
@@ -19,8 +20,6 @@ from companion.mission.files import read_plan
 from companion.mission.items import Plan
 from companion.mission.progress import fly_mission, start_mission
 from companion.mission.transfer import download_plan, upload_plan
-
-_STOPPED = 130  # what shells report for a program that Ctrl-C ended
 
 
 def start(
@@ -51,8 +50,7 @@ def start(
     try:
         reached = with_vehicle(place, lambda connection: _start(connection, plan, wait, console))
     except KeyboardInterrupt:
-        show(console, "stopped looking: the vehicle goes on with its mission")
-        raise typer.Exit(_STOPPED) from None
+        raise typer.Exit(STOPPED) from None
     if json is not None:
         write_result({"done": wait, "reached": reached}, json)
 
@@ -61,7 +59,7 @@ async def _start(connection: Connection, plan: Plan | None, wait: bool, console:
     """Which items were reached, in order."""
     with transfer_bar(console) as progress:
         if plan is not None:
-            await upload_plan(connection, plan, progress)
+            await upload_plan(connection, plan, progress, lambda text: show(console, text))
         else:
             plan = await download_plan(connection, progress)
     if not plan.mission:
@@ -76,8 +74,12 @@ async def _start(connection: Connection, plan: Plan | None, wait: bool, console:
             await start_mission(connection, telemetry, autopilot, display.phase)
             display.phase("the vehicle flies its mission")
             return []
-        async for item in fly_mission(connection, telemetry, autopilot, plan.mission, display.phase):
-            display.phase(f"reached {item.index + 1} of {item.total}: {item.item.name}")
-            reached.append(item.index)
+        try:
+            async for item in fly_mission(connection, telemetry, autopilot, plan.mission, display.phase):
+                display.phase(f"reached {item.index + 1} of {item.total}: {item.item.name}")
+                reached.append(item.index)
+        except asyncio.CancelledError:
+            display.phase("stopped looking: a vehicle that flies its mission goes on with it")
+            raise
         display.phase("the mission is done")
     return reached

@@ -7,7 +7,7 @@ import typer
 from rich.console import Console
 
 from companion.cli import options
-from companion.cli.flying import show
+from companion.cli.flying import STOPPED, show
 from companion.cli.mission import counts, summary, transfer_bar, with_vehicle
 from companion.cli.params import Place
 from companion.cli.result_file import write_result
@@ -25,7 +25,7 @@ def upload(
 ) -> None:
     """Upload a mission, and fence and rally points if the file has any; then read them back and compare.
 
-    When it fails, the vehicle keeps its former mission.
+    When it fails, or Ctrl-C stops it, the vehicle keeps its former mission.
 
     Example: companion mission upload survey.plan --connect udpin://0.0.0.0:14540
     """
@@ -38,10 +38,13 @@ def upload(
     async def work(connection: Connection) -> int:
         connection.status_texts.subscribe(lambda line: show(console, f"vehicle: {line.text}"))
         with transfer_bar(console) as progress:
-            await upload_plan(connection, plan, progress)
+            await upload_plan(connection, plan, progress, lambda text: show(console, text))
         return connection.system_id
 
-    uploaded_to = with_vehicle(place, work)
+    try:
+        uploaded_to = with_vehicle(place, work)
+    except KeyboardInterrupt:
+        raise typer.Exit(STOPPED) from None
     show(console, f"uploaded to system {uploaded_to} and verified: {summary(plan)}")
     if json is not None:
         result = {"file": str(file), "system_id": uploaded_to, "verified": True, **counts(plan)}

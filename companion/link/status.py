@@ -11,6 +11,8 @@ from companion.arrays import Vec3
 from companion.link.connection import Connection
 from companion.link.dialect import mavlink
 
+_AT_REST_S = 10.0
+"""A vehicle that is on the ground for so long and still armed does not disarm itself (COM_DISARM_LAND 0)."""
 _MODE_TOLD_FOR_S = 1.0
 """PX4 sends CURRENT_MODE at every change, and twice a second without one."""
 
@@ -35,6 +37,7 @@ class VehicleStatus:
         landed: where it is.
         battery: remaining charge (0 to 1); None when it does not tell.
         home: in NED of its local origin (m); None until it tells.
+        landed_s: since when it is `landed` so (companion clock, s).
     """
 
     armed: bool
@@ -42,6 +45,12 @@ class VehicleStatus:
     landed: Landed = Landed.UNDEFINED
     battery: float | None = None
     home: Vec3 | None = None
+    landed_s: float = math.inf
+
+    def is_down(self, now_s: float) -> bool:
+        """Whether a landing is over: it is on the ground, and disarmed, or does not disarm itself."""
+        at_rest = not self.armed or now_s >= self.landed_s + _AT_REST_S
+        return self.landed is Landed.ON_GROUND and at_rest
 
 
 class StatusWatch:
@@ -69,7 +78,8 @@ class StatusWatch:
     def _on_extended_state(self, message: mavlink.MAVLink_extended_sys_state_message) -> None:
         known = message.landed_state in _LANDED_STATES
         landed = Landed(message.landed_state) if known else Landed.UNDEFINED
-        self.status = replace(self.status, landed=landed)
+        if landed is not self.status.landed:
+            self.status = replace(self.status, landed=landed, landed_s=clock.now())
 
     def _on_system_status(self, message: mavlink.MAVLink_sys_status_message) -> None:
         percent = message.battery_remaining

@@ -97,9 +97,9 @@ async def fly_mission(
 ) -> AsyncIterator[Reached]:
     """Start the mission that the vehicle has, and tell each item as it is reached, until it is done.
 
-    A mission that ends with a landing or a return is done when the vehicle is on the ground and disarmed;
-    another when its last navigation command is reached. Whoever stops iterating leaves the vehicle to its
-    mission.
+    A mission that ends with a landing or a return is done when the vehicle is on the ground and disarmed, or
+    stays there armed; another when its last navigation command is reached. Whoever stops iterating leaves the
+    vehicle to its mission.
 
     Args:
         connection: to the vehicle.
@@ -212,7 +212,7 @@ def _is_done(watch: _Watch, status: VehicleStatus, holds: bool, mission: Sequenc
     """Whether the mission is over; `holds` tells that the vehicle is in its mode for that."""
     last = _last_navigation(mission)
     if mission[last].command in _ON_GROUND:
-        return status.landed is Landed.ON_GROUND and not status.armed and watch.farthest >= last
+        return status.is_down(clock.now()) and watch.farthest >= last
     if watch.is_complete and watch.farthest >= last:
         return True
     goes_back = any(item.command == mavlink.MAV_CMD_DO_JUMP for item in mission[last:])

@@ -1,5 +1,6 @@
 """Plans to a vehicle and from it; what was uploaded is read back and compared."""
 
+import asyncio
 from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
@@ -24,12 +25,21 @@ _DEGREE_UNIT = 1e-7
 
 
 async def upload_plan(
-    connection: Connection, plan: Plan, progress: ShowTransfer = lambda what, done, total: None
+    connection: Connection,
+    plan: Plan,
+    progress: ShowTransfer = lambda what, done, total: None,
+    announce: Callable[[str], None] = lambda text: None,
 ) -> None:
     """Upload a plan: its mission, and its fence and rally points if it has any; then read them back.
 
     PX4 takes a plan whole or not at all. ArduPilot replaces its mission item by item, so the one that it has
-    is read first, and uploaded again if the new one fails.
+    is read first, and uploaded again if the new one fails, or its upload is cancelled.
+
+    Args:
+        connection: to the vehicle.
+        plan: what it is to have.
+        progress: told how far that is.
+        announce: told what the vehicle has when it was cancelled half-way.
 
     Raises:
         InputError: an item needs a place that neither the plan nor the vehicle knows.
@@ -41,10 +51,10 @@ async def upload_plan(
     home = await vehicle_home(connection)
     mission = wire.mission_to_wire(plan.mission, home or plan.home, dialect)
     if plan.fence:
-        await _replace(connection, _FENCE, wire.fence_to_wire(plan.fence), progress)
+        await _replace(connection, _FENCE, wire.fence_to_wire(plan.fence), progress, announce)
     if plan.rally:
-        await _replace(connection, _RALLY, wire.rally_to_wire(plan.rally), progress)
-    await _replace(connection, _MISSION, mission, progress)
+        await _replace(connection, _RALLY, wire.rally_to_wire(plan.rally), progress, announce)
+    await _replace(connection, _MISSION, mission, progress, announce)
 
 
 async def download_plan(
@@ -94,19 +104,22 @@ def _dialect(connection: Connection) -> wire.Dialect:
 
 
 async def _replace(
-    connection: Connection, kind: int, items: Sequence[WireItem], progress: ShowTransfer
+    connection: Connection,
+    kind: int,
+    items: Sequence[WireItem],
+    progress: ShowTransfer,
+    announce: Callable[[str], None],
 ) -> None:
     """Upload one kind of plan and read it back; the former one stays, or comes back, where that fails."""
     is_atomic = connection.heartbeat.autopilot == mavlink.MAV_AUTOPILOT_PX4
-    former = () if is_atomic else await download_items(connection, kind)
+    former = None if is_atomic else await download_items(connection, kind)
     try:
         await upload_items(connection, kind, items, _shown("uploading", kind, progress))
+    except asyncio.CancelledError:
+        announce(f"stopped half-way: {await _restored(connection, kind, former)}")
+        raise
     except (LinkError, RefusedError) as error:
-        if is_atomic:
-            after = f"the vehicle keeps its former {_KINDS[kind]}"
-        else:
-            after = await _restore(connection, kind, former)
-        raise type(error)(f"{error}; {after}") from error
+        raise type(error)(f"{error}; {await _restored(connection, kind, former)}") from error
     kept = await download_items(connection, kind, _shown("reading back", kind, progress))
     is_mission = kind == _MISSION
     otherwise = wire.difference(items, kept, first=int(is_mission and _dialect(connection).home_first))
@@ -114,8 +127,10 @@ async def _replace(
         raise FlightError(f"{_KINDS[kind]}: uploaded, but {otherwise}")
 
 
-async def _restore(connection: Connection, kind: int, former: Sequence[WireItem]) -> str:
-    """Upload what the vehicle had; what came of that, in words."""
+async def _restored(connection: Connection, kind: int, former: Sequence[WireItem] | None) -> str:
+    """Upload what the vehicle had, unless it has it still (None); what it has now, in words."""
+    if former is None:
+        return f"the vehicle keeps its former {_KINDS[kind]}"
     try:
         await upload_items(connection, kind, former)
     except FlightError:

@@ -8,6 +8,8 @@ from tampered_link import POSCTL, Pilot, TamperedLink, connected, virtually
 from companion import clock
 from companion.errors import FlightError, LinkError, TakenError
 from companion.link.dialect import mavlink
+from companion.link.parameter import set_parameters
+from companion.link.parameter_encoding import Encoding, Parameter, ParameterType
 from companion.link.status import Landed
 from companion.mission import Drone, Mission, Place, Plan, run
 from companion.mission.progress import fly_mission
@@ -82,6 +84,21 @@ def test_jumps_are_flown(vehicle: str) -> None:
         assert [item.index async for item in drone.fly()] == [0, 1, 2, 1, 2, 4]
 
     run(script, f"sitl://{vehicle}")
+
+
+def test_a_vehicle_that_does_not_disarm_itself_is_done_on_the_ground() -> None:
+    async def script(drone: Drone) -> None:
+        never = Parameter("COM_DISARM_LAND", -1.0, ParameterType.REAL32)
+        await set_parameters(drone.connection, [never], Encoding.BYTEWISE)
+        await drone.upload(THERE.return_home())
+        assert [item.index async for item in drone.fly()][:3] == [0, 1, 2]
+        assert drone.telemetry.status.armed
+        await drone.takeoff(3)
+        await drone.land()
+        assert drone.telemetry.status.landed is Landed.ON_GROUND
+        assert drone.position == pytest.approx((0, 0, 0), abs=0.5)
+
+    run(script, "sitl://bebop2")
 
 
 def test_a_pilot_who_takes_the_vehicle_keeps_it() -> None:

@@ -123,6 +123,28 @@ async def test_it_is_said_when_ardupilot_may_hold_a_part() -> None:
 
 
 @pytest.mark.parametrize(
+    ("autopilot", "what"),
+    [(PX4, "the vehicle keeps its former mission"), (ARDUPILOT, "its former mission was uploaded again")],
+)
+@in_virtual_time
+async def test_an_upload_that_is_stopped_leaves_the_former_mission(autopilot: int, what: str) -> None:
+    vehicle = MissionVehicle(autopilot)
+    vehicle.plans[MISSION] = list(FORMER)
+    announced: list[str] = []
+    async with connect_over(vehicle.open) as connection:
+
+        def stop(doing: str, done: int, total: int) -> None:
+            if doing == "uploading mission" and done == 3:
+                upload.cancel()
+
+        upload = asyncio.create_task(upload_plan(connection, Plan(PLAN.mission), stop, announced.append))
+        with pytest.raises(asyncio.CancelledError):
+            await upload
+        assert announced == [f"stopped half-way: {what}"]
+        assert vehicle.plans[MISSION] == FORMER
+
+
+@pytest.mark.parametrize(
     ("change", "message"),
     [
         ({"x": 473_980_100}, r"item 1 as NAV_WAYPOINT at 47\.3980100"),
