@@ -4,8 +4,6 @@ Behaviour follows ArduPilot's documentation (https://ardupilot.org/copter/docs/f
 https://ardupilot.org/copter/docs/arming_the_motors.html) as far as flying from a companion needs.
 """
 
-import math
-
 import numpy as np
 
 from sitl.arrays import Vec3
@@ -21,6 +19,7 @@ from sitl.firmware.ardupilot_flight import (
 )
 from sitl.firmware.ardupilot_guidance import Guidance
 from sitl.firmware.ardupilot_loops import begin_control, fly_tick, new_loops
+from sitl.firmware.ardupilot_modes import MODE_NAMES
 from sitl.firmware.ardupilot_navigator import Navigator
 from sitl.firmware.ardupilot_parameters import ArduPilotParameters
 from sitl.firmware.ardupilot_takeoff import Phase, Takeoff
@@ -35,19 +34,12 @@ from sitl.firmware.interface import (
     Setpoint,
     Severity,
 )
+from sitl.plan.items import PlanKind
 from sitl.plant import STEPS_PER_TICK, TICK_S, Plant, TickNoise
 from sitl.quaternion import yaw_of
 from sitl.vehicle import Vehicle
 
-_NAMES = {
-    Mode.STABILIZE: "STABILIZE",
-    Mode.HOLD: "LOITER",
-    Mode.BRAKE: "BRAKE",
-    Mode.OFFBOARD: "GUIDED",
-    Mode.LAND: "LAND",
-    Mode.RTL: "RTL",
-    Mode.MISSION: "AUTO",
-}
+_TOTALS = {PlanKind.MISSION: "MIS_TOTAL", PlanKind.FENCE: "FENCE_TOTAL", PlanKind.RALLY: "RALLY_TOTAL"}
 _MODES_TO_ARM_IN = frozenset((Mode.STABILIZE, Mode.HOLD, Mode.OFFBOARD))
 
 
@@ -76,6 +68,7 @@ class ArduPilot(Commander[ArduPilotParameters]):
             lift_off=self._lift_off,
             set_speed=self.change_speed,
             enable_fence=lambda enabled: self.enable_fence(enabled=enabled),
+            count_items=self._count_items,
             say=self._say,
         )
         self.plans, self._fence = self._navigator.plans, self._navigator.fence
@@ -131,6 +124,15 @@ class ArduPilot(Commander[ArduPilotParameters]):
         self._say(Severity.INFO, "Arming motors")
         return Result.ACCEPTED
 
+    def check(self) -> Result:
+        """Tell what would keep it from arming in a suitable mode."""
+        if self._armed:
+            return Result.TEMPORARILY_REJECTED
+        reason = self._failed_check()
+        if reason is not None:
+            self._say(Severity.CRITICAL, f"PreArm: {reason}")
+        return Result.ACCEPTED
+
     def disarm(self, *, force: bool = False) -> Result:
         """Disarm on the ground; in the air only when forced."""
         if self._armed and self._in_flight and not force:
@@ -160,7 +162,7 @@ class ArduPilot(Commander[ArduPilotParameters]):
         """Change the mode, unless its conditions are not met; the reason is a status text."""
         reason = self._reason_not_to_enter(mode)
         if reason is not None:
-            self._say(Severity.WARNING, f"Mode change to {_NAMES.get(mode, mode.name)} failed: {reason}")
+            self._say(Severity.WARNING, f"Mode change to {MODE_NAMES.get(mode, mode.name)} failed: {reason}")
             return Result.FAILED
         self.failsafe = False
         if mode is not self._mode:
@@ -285,13 +287,9 @@ class ArduPilot(Commander[ArduPilotParameters]):
 
     def _follow_sticks(self) -> None:
         """In LOITER sticks move the vehicle, and let go leave it where it comes to rest."""
-        p, sticks = self._parameters, self._pilot.sticks
         piloted = self._pilot.flies(self._time_s)
         if piloted:
-            heading = yaw_of(self._estimator.attitude)
-            speeds = 0.01 * p.LOIT_SPEED, 0.01 * p.WPNAV_SPEED_UP, 0.01 * p.WPNAV_SPEED_DN
-            yaw_rate = math.radians(p.PILOT_Y_RATE) * sticks.yaw
-            self._guidance.follow(Setpoint(velocity=sticks.velocity(heading, *speeds), yaw_rate=yaw_rate))
+            self._guidance.follow_sticks(self._pilot.sticks, yaw_of(self._estimator.attitude))
         elif self._was_piloted:
             self._guidance.stop()
         self._was_piloted = piloted
@@ -341,7 +339,7 @@ class ArduPilot(Commander[ArduPilotParameters]):
         action = self._low_battery.action(self._parameters)
         if action is not None and self._in_flight and self._mode is not Mode.LAND:
             self._fail_into(action)
-            self._say(Severity.CRITICAL, f"Battery Failsafe, mode {_NAMES[action]}")
+            self._say(Severity.CRITICAL, f"Battery Failsafe, mode {MODE_NAMES[action]}")
 
     def _watch_ground_link(self) -> None:
         if not self._ground_link.breaks(self._parameters, self._time_s):
@@ -352,6 +350,9 @@ class ArduPilot(Commander[ArduPilotParameters]):
             self._disarm()
         elif action is not None:
             self._fail_into(action)
+
+    def _count_items(self, kind: PlanKind, count: int) -> None:
+        self._parameters = self._parameters.changed(_TOTALS[kind], count)
 
     def _fail_into(self, mode: Mode) -> None:
         self._enter(mode)
@@ -371,7 +372,7 @@ class ArduPilot(Commander[ArduPilotParameters]):
         return self._takeoff.phase is Phase.FLIGHT
 
     def _reason_not_to_enter(self, mode: Mode) -> str | None:
-        if mode not in _NAMES:
+        if mode not in MODE_NAMES:
             return "no such mode"
         if mode is Mode.STABILIZE:
             return "no pilot" if self._in_flight else None
@@ -386,7 +387,10 @@ class ArduPilot(Commander[ArduPilotParameters]):
             return "Terminated"
         auto_arms = self._mode is Mode.MISSION and self._parameters.AUTO_OPTIONS & 1
         if self._mode not in _MODES_TO_ARM_IN and not auto_arms:
-            return f"{_NAMES[self._mode]} mode not armable"
+            return f"{MODE_NAMES[self._mode]} mode not armable"
+        return self._failed_check() if self._parameters.ARMING_CHECK else None
+
+    def _failed_check(self) -> str | None:
         if not self._position_ok:
             return "Need Position Estimate"
         if self._low_battery.forbids_arming(self._parameters, float(self._pack.state[1])):

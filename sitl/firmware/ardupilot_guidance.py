@@ -9,6 +9,7 @@ from sitl.firmware.ardupilot_parameters import ArduPilotParameters
 from sitl.firmware.ardupilot_path import Follow, Path, target
 from sitl.firmware.ardupilot_shaping import sqrt_controller
 from sitl.firmware.interface import Setpoint
+from sitl.firmware.pilot import Sticks
 
 _ARRIVED_M = 0.5
 _LOWEST_M = 1.0
@@ -89,6 +90,13 @@ class Guidance:
             self.target.heading[1] = 0.0
         return before != (kind, kind)
 
+    def follow_sticks(self, sticks: Sticks, heading: float) -> None:
+        """Fly as the pilot's sticks ask for; `heading` of the vehicle (rad)."""
+        p = self._parameters
+        speeds = 0.01 * p.LOIT_SPEED, 0.01 * p.WPNAV_SPEED_UP, 0.01 * p.WPNAV_SPEED_DN
+        yaw_rate = math.radians(p.PILOT_Y_RATE) * sticks.yaw
+        self.follow(Setpoint(velocity=sticks.velocity(heading, *speeds), yaw_rate=yaw_rate))
+
     def lose_setpoints(self) -> None:
         """What GUIDED makes of silence: a moving target stops, a place stays a target."""
         goal = self.target
@@ -128,7 +136,7 @@ class Guidance:
     def descend(self, height: float) -> None:
         """Straight down, `height` (m) above home: fast, but slow below LAND_ALT_LOW."""
         p = self._parameters
-        slow, fast = 0.01 * p.LAND_SPEED, 0.01 * p.WPNAV_SPEED_DN
+        slow, fast = 0.01 * p.LAND_SPEED, 0.01 * (p.LAND_SPEED_HIGH or p.WPNAV_SPEED_DN)
         left = height - max(0.01 * p.LAND_ALT_LOW, _LOWEST_M)
         speed = sqrt_controller(left, 1.0, 0.01 * p.WPNAV_ACCEL_Z, 0.0)
         if self.target.follow[0] != Follow.VELOCITY or self.target.velocity[:2].any():

@@ -15,13 +15,20 @@ from sitl.firmware.ardupilot_path import Path
 from sitl.firmware.ardupilot_return import fence_limits, return_height, return_place
 from sitl.firmware.fence_watch import FenceWatch
 from sitl.firmware.interface import Mode, Severity
+from sitl.geodesy import ARDUPILOT_EARTH_M
 from sitl.plan.items import Command, Item, PlanKind
 from sitl.plan.mission import Flight, Leg, Mission, MissionRules, Situation
 from sitl.plan.places import local_place
 from sitl.plan.plans import Plans
 from sitl.quaternion import yaw_of
 
-_RULES = MissionRules(first=1, waypoint_params=False, reports_every_item=False, climbs_first=False)
+_RULES = MissionRules(
+    first=1,
+    waypoint_params=False,
+    reports_every_item=False,
+    climbs_first=False,
+    earth_radius_m=ARDUPILOT_EARTH_M,
+)
 _BREACH_MODES = {1: Mode.RTL, 2: Mode.LAND, 3: Mode.RTL, 4: Mode.BRAKE, 5: Mode.LAND}
 _BREACH_NAMES = {"altitude": "Altitude", "distance": "Circle", "boundary": "Polygon"}
 _HEIGHT_REACHED_M = 0.5
@@ -51,6 +58,7 @@ class Navigator:
         lift_off: Callable[[float], None],
         set_speed: Callable[[float], object],
         enable_fence: Callable[[bool], object],
+        count_items: Callable[[PlanKind, int], object],
         say: Callable[[Severity, str], None],
     ) -> None:
         self._parameters = parameters
@@ -60,6 +68,7 @@ class Navigator:
         self._lift_off = lift_off
         self._set_speed = set_speed
         self._enable_fence = enable_fence
+        self._count_items = count_items
         self._say = say
         self._mission = Mission(_RULES, self._perform)
         self.plans = Plans(estimate.position.copy(), self._mission, self._plan_changed)
@@ -180,8 +189,8 @@ class Navigator:
 
     def _return(self) -> None:
         p, here = self._parameters, self._path.position
-        place = return_place(p, self.plans, here)
-        down = float(place[2]) - return_height(p, place, here)
+        place, home = return_place(p, self.plans, here), self.plans.home
+        down = float(home[2]) - return_height(p, place, here, home)
         self._over_home_s = None
         if p.RTL_SPEED:
             self._set_speed(0.01 * p.RTL_SPEED)
@@ -214,7 +223,9 @@ class Navigator:
             self._enable_fence(item.param(1) == 1.0)
         elif item.command == Command.DO_SET_HOME:
             here = item.param(1) == _CURRENT_PLACE
-            self.plans.home = self._estimate.position.copy() if here else local_place(item, self.plans.home)
+            there = local_place(item, self.plans.home, ARDUPILOT_EARTH_M)
+            self.plans.home = self._estimate.position.copy() if here else there
 
     def _plan_changed(self, kind: PlanKind) -> None:
+        self._count_items(kind, len(self.plans[kind]))
         self._limits = fence_limits(self._parameters, self.plans[PlanKind.FENCE])

@@ -119,6 +119,7 @@ class ArduPilotParameters(Parameters):
     SYSID_THISMAV: Int16 = Field(1, ge=1, le=255)
     SYSID_MYGCS: Int16 = Field(255, ge=1, le=255)
     ARMING_CHECK: int = Field(1, ge=0, le=0xFFFFF)
+    """0: arm whatever the checks say, as long as the mode may be armed in."""
 
     # Missions, rally points and fences
     WPNAV_RADIUS: float = Field(200.0, ge=5.0, le=1000.0)
@@ -126,8 +127,8 @@ class ArduPilotParameters(Parameters):
     AUTO_OPTIONS: int = Field(0, ge=0, le=255)
     """Bit 0: arming in AUTO; bit 1: taking off without the pilot's throttle."""
     MIS_TOTAL: Int16 = Field(0, ge=0, le=32766)
+    """As RALLY_TOTAL and FENCE_TOTAL: how many items are on board; kept by the vehicle itself."""
     MIS_RESTART: Switch = 0
-    MIS_OPTIONS: Int16 = Field(0, ge=0, le=255)
     RTL_ALT_FINAL: Int16 = Field(0, ge=0, le=1000)
     RTL_CLIMB_MIN: Int16 = Field(0, ge=0, le=3000)
     RTL_SPEED: Int16 = Field(0, ge=0, le=2000)

@@ -7,38 +7,48 @@ import numpy as np
 
 from sitl.arrays import Vec3
 from sitl.firmware.ardupilot_parameters import ArduPilotParameters
+from sitl.geodesy import ARDUPILOT_EARTH_M
 from sitl.plan.fence import FenceError, Limits, boundary
 from sitl.plan.items import Plan, PlanKind
 from sitl.plan.places import local_place
 from sitl.plan.plans import Plans
 
-_LEAST_HEIGHT_M = 2.0
-"""RTL_ALT_MIN in ArduCopter/config.h."""
+_LEAST_HEIGHT_M = 0.3
+_LEAST_SLOPE = 0.5
+"""RTL_ALT_MIN and RTL_MIN_CONE_SLOPE in ArduCopter/config.h."""
 
 
 def return_place(parameters: ArduPilotParameters, plans: Plans, here: Vec3) -> Vec3:
-    """The nearest rally point within RALLY_LIMIT_KM, or home (if nearer, and RALLY_INCL_HOME); NED (m)."""
+    """The nearest rally point within RALLY_LIMIT_KM, or home (if nearer, and RALLY_INCL_HOME).
+
+    NED (m); a rally point's height is the least at which to return.
+    """
     home = plans.home
-    rally = [local_place(item, home) for item in plans[PlanKind.RALLY].items]
+    rally = [local_place(item, home, ARDUPILOT_EARTH_M) for item in plans[PlanKind.RALLY].items]
     limit_m = 1e3 * parameters.RALLY_LIMIT_KM
     near = [place for place in rally if limit_m == 0.0 or _distance(place, here) <= limit_m]
     candidates = [home, *near] if parameters.RALLY_INCL_HOME or not near else near
-    place = min(candidates, key=lambda candidate: _distance(candidate, here))
-    return np.array((place[0], place[1], home[2]))
+    return min(candidates, key=lambda candidate: _distance(candidate, here))
 
 
 def _distance(place: Vec3, here: Vec3) -> float:
     return float(np.linalg.norm(place[:2] - here[:2]))
 
 
-def return_height(parameters: ArduPilotParameters, place: Vec3, here: Vec3) -> float:
-    """Height above `place` (m): RTL_ALT, at most the cone of RTL_CONE_SLOPE, never lower than now."""
+def return_height(parameters: ArduPilotParameters, place: Vec3, here: Vec3, home: Vec3) -> float:
+    """Height above home (m) at which to fly to `place`, never lower than now.
+
+    RTL_ALT, but within the cone of RTL_CONE_SLOPE over the place, and FENCE_MARGIN below a fence
+    (`ModeRTL::compute_return_target`).
+    """
     p = parameters
-    now = float(place[2] - here[2])
+    now = float(home[2] - here[2])
     least = max(_LEAST_HEIGHT_M, now + 0.01 * p.RTL_CLIMB_MIN)
-    height = max(0.01 * p.RTL_ALT, least)
-    if p.RTL_CONE_SLOPE > 0.0:
+    height = max(float(home[2] - place[2]), 0.01 * p.RTL_ALT, least)
+    if p.RTL_CONE_SLOPE >= _LEAST_SLOPE:
         height = min(height, max(p.RTL_CONE_SLOPE * _distance(place, here), least))
+    if p.FENCE_ENABLE and FenceType.HEIGHT in FenceType(p.FENCE_TYPE):
+        height = min(height, p.FENCE_ALT_MAX - p.FENCE_MARGIN)
     return max(height, now)
 
 
@@ -58,7 +68,7 @@ def fence_limits(parameters: ArduPilotParameters, fence: Plan) -> Limits | None:
         return None
     kinds = FenceType(p.FENCE_TYPE)
     try:
-        areas = boundary(fence.items if FenceType.BOUNDARY in kinds else ())
+        areas = boundary(fence.items if FenceType.BOUNDARY in kinds else (), ARDUPILOT_EARTH_M)
     except FenceError:
         areas = boundary(())
     return Limits(
@@ -66,5 +76,4 @@ def fence_limits(parameters: ArduPilotParameters, fence: Plan) -> Limits | None:
         height=p.FENCE_ALT_MAX if FenceType.HEIGHT in kinds else math.inf,
         least_height=p.FENCE_ALT_MIN if FenceType.LEAST_HEIGHT in kinds else -math.inf,
         boundary=areas,
-        in_any=False,
     )

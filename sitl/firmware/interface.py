@@ -221,6 +221,10 @@ class Autopilot(Protocol):
         """Arm, unless a check refuses; forced, without checks."""
         ...
 
+    def check(self) -> Result:
+        """Look for reasons not to arm (MAV_CMD_RUN_PREARM_CHECKS)."""
+        ...
+
     def disarm(self, *, force: bool = False) -> Result:
         """Refused in the air unless forced."""
         ...

@@ -5,7 +5,9 @@ from collections.abc import Mapping
 
 from pymavlink.dialects.v20 import common as mavlink
 
+from sitl.firmware.ardupilot_modes import MODE_NAMES
 from sitl.firmware.interface import Autopilot, Landed, Mode, Result
+from sitl.geodesy import ARDUPILOT_EARTH_M
 from sitl.mavlink import (
     ardupilot_parameters,
     guided_commands,
@@ -163,13 +165,14 @@ ARDUPILOT = Flavour(
     version=_VERSION,
     capabilities=_CAPABILITIES,
     links=(TELEMETRY,),
-    mode_names={Mode.OFFBOARD: "GUIDED", Mode.HOLD: "LOITER", Mode.MISSION: "AUTO"},
+    mode_names=MODE_NAMES,
     custom_modes=_CUSTOM_MODES,
     modes={number: mode for mode, number in _CUSTOM_MODES.items()},
     base_mode=_base_mode,
     system_status=_system_status,
     results=_RESULTS,
     system_id_parameter="SYSID_THISMAV",
+    earth_radius_m=ARDUPILOT_EARTH_M,
     parameters=ardupilot_parameters.WIRE,
     missions=ARDUPILOT_MISSIONS,
     writers={

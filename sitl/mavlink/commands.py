@@ -117,7 +117,7 @@ def local_place(session: Session, command: Command) -> tuple[float, float, float
     place = command.place
     if abs(place.latitude_deg) > 90.0 or abs(place.longitude_deg) > 180.0 or abs(place.altitude_m) > 1e5:
         return None
-    north, east, down = ned_from_geodetic(place)
+    north, east, down = ned_from_geodetic(place, session.flavour.earth_radius_m)
     if command.frame in _ABOVE_SEA:
         return north, east, down
     if command.frame in _ABOVE_HOME:

@@ -37,6 +37,7 @@ class Flavour:
         system_status: MAV_STATE of the vehicle.
         results: MAV_RESULT of each answer of the firmware.
         system_id_parameter: which parameter has the vehicle's MAVLink id, from the next boot on.
+        earth_radius_m: by which its places on the map are local.
         parameters: how it puts parameters into messages.
         missions: how it conducts plan transfers.
         writers: what writes each message that can be streamed or asked for, by message id.
@@ -56,6 +57,7 @@ class Flavour:
     system_status: Callable[[Autopilot], int]
     results: Mapping[Result, int]
     system_id_parameter: str
+    earth_radius_m: float
     parameters: "ParameterWire"
     missions: "MissionWire"
     writers: Mapping[int, "Callable[[Report], Message]"]

@@ -251,7 +251,8 @@ def _begins_with_home(session: Session, kind: PlanKind | None) -> bool:
 
 
 def _home_item(session: Session) -> Item:
-    home = geodetic_from_ned(*session.firmware.plans.home.tolist())
+    north, east, down = session.firmware.plans.home.tolist()
+    home = geodetic_from_ned(north, east, down, session.flavour.earth_radius_m)
     x, y = round(home.latitude_deg * 1e7), round(home.longitude_deg * 1e7)
     return Item(Command.NAV_WAYPOINT, mavlink.MAV_FRAME_GLOBAL, x=x, y=y, z=home.altitude_m)
 

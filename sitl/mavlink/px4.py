@@ -5,6 +5,7 @@ import math
 from pymavlink.dialects.v20 import common as mavlink
 
 from sitl.firmware.interface import Autopilot, Mode, Result, Severity
+from sitl.geodesy import PX4_EARTH_M
 from sitl.mavlink import mission_telemetry, px4_parameters, system_commands, targets, wellbeing
 from sitl.mavlink.commands import (
     COMMANDS,
@@ -163,6 +164,7 @@ PX4 = Flavour(
     system_status=_system_status,
     results=_RESULTS,
     system_id_parameter="MAV_SYS_ID",
+    earth_radius_m=PX4_EARTH_M,
     parameters=px4_parameters.WIRE,
     missions=PX4_MISSIONS,
     writers={

@@ -23,8 +23,7 @@ def _terminate(session: "Session", command: Command) -> int:
 
 
 def _run_checks(session: "Session", command: Command) -> int:
-    """What the checks find shows in SYS_STATUS."""
-    return mavlink.MAV_RESULT_ACCEPTED
+    return session.result(session.firmware.check())
 
 
 def _store(session: "Session", command: Command) -> int:

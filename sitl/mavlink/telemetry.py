@@ -77,7 +77,7 @@ class Report:
     @property
     def place(self) -> Geodetic:
         """Where the estimate is on the map."""
-        return geodetic_from_ned(*self.position)
+        return geodetic_from_ned(*self.position, self.flavour.earth_radius_m)
 
 
 _NEED_POSITION = frozenset(
@@ -314,7 +314,7 @@ def vfr_hud(state: Report) -> Message:
 def home_position(state: Report) -> Message:
     """HOME_POSITION: what altitudes count from, and where a return ends."""
     north, east, down = state.firmware.plans.home.tolist()
-    home = geodetic_from_ned(north, east, down)
+    home = geodetic_from_ned(north, east, down, state.flavour.earth_radius_m)
     return mavlink.MAVLink_home_position_message(
         latitude=round(home.latitude_deg * 1e7),
         longitude=round(home.longitude_deg * 1e7),

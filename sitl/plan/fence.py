@@ -12,9 +12,11 @@ import numpy as np
 from jaxtyping import Float
 
 from sitl.arrays import Array, Vec3
+from sitl.geodesy import PX4_EARTH_M
 from sitl.plan.items import Command, Item
 from sitl.plan.places import local_place
 
+_ORIGIN = np.zeros(3)
 _INCLUSIONS = (Command.FENCE_INCLUSION_VERTEX, Command.FENCE_INCLUSION_CIRCLE)
 _VERTICES = (Command.FENCE_INCLUSION_VERTEX, Command.FENCE_EXCLUSION_VERTEX)
 _CIRCLES = (Command.FENCE_INCLUSION_CIRCLE, Command.FENCE_EXCLUSION_CIRCLE)
@@ -54,18 +56,14 @@ Area = Circle | Polygon
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Boundary:
-    """Where a vehicle may be: in the inclusions, if there are any, and in no exclusion."""
+    """Where a vehicle may be: in all inclusions and in no exclusion, as both autopilots have it."""
 
     inclusions: tuple[Area, ...] = ()
     exclusions: tuple[Area, ...] = ()
 
-    def allows(self, north: float, east: float, *, in_any: bool) -> bool:
-        """Whether a point is within; with several inclusions in any of them, or else in all.
-
-        PX4 wants any, ArduPilot all.
-        """
-        inside = [area.contains(north, east) for area in self.inclusions]
-        included = (any(inside) if in_any else all(inside)) or not inside
+    def allows(self, north: float, east: float) -> bool:
+        """Whether a point is within."""
+        included = all(area.contains(north, east) for area in self.inclusions)
         return included and not any(area.contains(north, east) for area in self.exclusions)
 
 
@@ -73,20 +71,20 @@ class FenceError(ValueError):
     """Fence items that make no areas."""
 
 
-def boundary(items: tuple[Item, ...]) -> Boundary:
+def boundary(items: tuple[Item, ...], earth_radius_m: float = PX4_EARTH_M) -> Boundary:
     """The areas that fence items stand for.
 
     Raises:
         FenceError: a polygon with too few or missing vertices, or a radius that is none.
     """
-    areas = list(_areas(items))
+    areas = list(_areas(items, earth_radius_m))
     return Boundary(
         tuple(area for command, area in areas if command in _INCLUSIONS),
         tuple(area for command, area in areas if command not in _INCLUSIONS),
     )
 
 
-def _areas(items: tuple[Item, ...]) -> Iterator[tuple[int, Area]]:
+def _areas(items: tuple[Item, ...], earth_radius_m: float) -> Iterator[tuple[int, Area]]:
     start = 0
     while start < len(items):
         item = items[start]
@@ -96,19 +94,18 @@ def _areas(items: tuple[Item, ...]) -> Iterator[tuple[int, Area]]:
             alike = all((each.command, each.params[0]) == (item.command, item.params[0]) for each in vertices)
             if count < 3 or len(vertices) < count or not alike:
                 raise FenceError(f"fence item {start}: a polygon of {count} vertices is not complete")
-            yield item.command, Polygon(np.array([_place(each)[:2] for each in vertices]))
+            yield (
+                item.command,
+                Polygon(np.array([local_place(each, _ORIGIN, earth_radius_m)[:2] for each in vertices])),
+            )
             start += count
             continue
         if item.command in _CIRCLES:
             if not item.param(1) > 0.0:
                 raise FenceError(f"fence item {start}: a circle needs a radius above 0")
-            north, east, _ = _place(item).tolist()
+            north, east, _ = local_place(item, _ORIGIN, earth_radius_m).tolist()
             yield item.command, Circle(north, east, item.param(1))
         start += 1
-
-
-def _place(item: Item) -> Vec3:
-    return local_place(item, np.zeros(3))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -120,14 +117,12 @@ class Limits:
         height: above home (m).
         least_height: above home (m).
         boundary: the areas.
-        in_any: see `Boundary.allows`.
     """
 
     distance: float = math.inf
     height: float = math.inf
     least_height: float = -math.inf
     boundary: Boundary = Boundary()
-    in_any: bool = True
 
     def broken_at(self, position: Vec3, home: Vec3) -> str:
         """The first limit that a place (NED, m) breaks: "altitude", "distance", "boundary"; "" for none."""
@@ -137,4 +132,4 @@ class Limits:
             return "altitude"
         if math.hypot(north - home[0], east - home[1]) > self.distance:
             return "distance"
-        return "" if self.boundary.allows(north, east, in_any=self.in_any) else "boundary"
+        return "" if self.boundary.allows(north, east) else "boundary"

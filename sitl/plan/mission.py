@@ -12,6 +12,7 @@ from enum import Enum, auto
 import numpy as np
 
 from sitl.arrays import Vec3
+from sitl.geodesy import PX4_EARTH_M
 from sitl.plan.items import Command, Item, Plan
 from sitl.plan.places import GLOBAL, local_place
 
@@ -89,6 +90,7 @@ class MissionRules:
         first: the first item that is flown; before it is home.
         waypoint_params: whether a waypoint has its own radius (m) and heading (degrees), parameters 2 and 4.
         reports_every_item: whether commands count as reached, too, and not navigation alone.
+        earth_radius_m: by which places on the map are local.
         climbs_first: whether a mission that begins on the ground without a takeoff gets one.
     """
 
@@ -96,6 +98,7 @@ class MissionRules:
     waypoint_params: bool
     reports_every_item: bool
     climbs_first: bool
+    earth_radius_m: float = PX4_EARTH_M
 
 
 _YAW_REACHED = math.radians(12.0)
@@ -254,7 +257,7 @@ class Mission:
         """Where an item is; without latitude and longitude (both 0), or a global frame, above the vehicle."""
         if item.frame not in GLOBAL:
             return now.position.copy()
-        place = local_place(item, now.home)
+        place = local_place(item, now.home, self._rules.earth_radius_m)
         if item.x == item.y == 0:
             place[:2] = now.position[:2]
         return place

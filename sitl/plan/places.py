@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from sitl.arrays import Vec3
-from sitl.geodesy import Geodetic, ned_from_geodetic
+from sitl.geodesy import PX4_EARTH_M, Geodetic, ned_from_geodetic
 from sitl.plan.items import Item
 
 ABOVE_SEA = (0, 5)
@@ -17,11 +17,12 @@ ABOVE_TERRAIN = (10, 11)
 GLOBAL = ABOVE_SEA + ABOVE_HOME + ABOVE_TERRAIN
 
 
-def local_place(item: Item, home: Vec3) -> Vec3:
+def local_place(item: Item, home: Vec3, earth_radius_m: float = PX4_EARTH_M) -> Vec3:
     """Where an item is, its altitude above `home` (NED, m) unless its frame is above the sea."""
     above_sea = item.frame in ABOVE_SEA
     altitude_m = item.z if above_sea else 0.0
-    north, east, down = ned_from_geodetic(Geodetic(item.x * 1e-7, item.y * 1e-7, altitude_m))
+    place = Geodetic(item.x * 1e-7, item.y * 1e-7, altitude_m)
+    north, east, down = ned_from_geodetic(place, earth_radius_m)
     return np.array((north, east, down if above_sea else float(home[2]) - item.z))
 
 

@@ -98,6 +98,9 @@ class FakeFirmware:
         self.armed = self.armed or self.answer is Result.ACCEPTED
         return self._called("arm", force)
 
+    def check(self) -> Result:
+        return self._called("check")
+
     def disarm(self, *, force: bool = False) -> Result:
         self.armed = False
         return self._called("disarm", force)

@@ -308,3 +308,14 @@ def test_a_reset_of_the_estimate_does_not_move_the_vehicle() -> None:
     sim.advance(10.0)
     assert sim.firmware.estimate.resets > 1
     assert sim.truth.position == pytest.approx((0.0, 0.0, -30.0), abs=0.05)
+
+
+def test_checks_before_arming_say_what_they_find_unless_they_are_off() -> None:
+    sim = simulation(SITL)
+    sim.firmware.set_parameter("BATT_LOW_VOLT", 100.0)
+    assert sim.firmware.check() is Result.ACCEPTED
+    assert "PreArm: Battery failsafe" in texts(sim)
+    assert sim.firmware.arm() is Result.FAILED
+    sim.firmware.set_parameter("ARMING_CHECK", 0)
+    assert sim.firmware.arm() is Result.ACCEPTED
+    assert sim.firmware.check() is Result.TEMPORARILY_REJECTED

@@ -9,7 +9,7 @@ from mavlink_fakes import ARDUCOPTER, BEBOP2, FakeFirmware, answers, command_lon
 from pymavlink.dialects.v20 import common as mavlink
 
 from sitl.firmware.interface import Mode
-from sitl.geodesy import HOME, geodetic_from_ned
+from sitl.geodesy import ARDUPILOT_EARTH_M, HOME, PX4_EARTH_M, geodetic_from_ned, ned_from_geodetic
 from sitl.vehicle import Vehicle
 
 ACCEPTED, DENIED, FAILED = mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_DENIED, mavlink.MAV_RESULT_FAILED
@@ -33,7 +33,11 @@ def global_setpoint(frame: int, altitude: float) -> Any:
     )
 
 
-@pytest.mark.parametrize("vehicle", [BEBOP2, ARDUCOPTER], ids=["px4", "ardupilot"])
+@pytest.mark.parametrize(
+    ("vehicle", "earth_m"),
+    [(BEBOP2, PX4_EARTH_M), (ARDUCOPTER, ARDUPILOT_EARTH_M)],
+    ids=["px4", "ardupilot"],
+)
 @pytest.mark.parametrize(
     ("frame", "altitude"),
     [
@@ -42,9 +46,12 @@ def global_setpoint(frame: int, altitude: float) -> Any:
         (mavlink.MAV_FRAME_GLOBAL_TERRAIN_ALT_INT, 5.0),
     ],
 )
-def test_a_setpoint_on_the_map_is_flown_as_a_local_one(vehicle: Vehicle, frame: int, altitude: float) -> None:
+def test_a_setpoint_on_the_map_is_flown_as_a_local_one(
+    vehicle: Vehicle, earth_m: float, frame: int, altitude: float
+) -> None:
     _, firmware = asked(global_setpoint(frame, altitude), vehicle=vehicle)
-    np.testing.assert_allclose(firmware.setpoints[0].position, [30.0, -40.0, -5.0], atol=0.02)
+    north, east, _ = ned_from_geodetic(PLACE, earth_m)
+    np.testing.assert_allclose(firmware.setpoints[0].position, [north, east, -5.0], atol=0.02)
 
 
 def test_px4_says_why_it_takes_no_setpoint_in_another_frame() -> None:

@@ -37,7 +37,7 @@ def test_termination_is_asked_of_the_firmware(vehicle: Vehicle) -> None:
 
 @BOTH
 def test_checks_are_run(vehicle: Vehicle) -> None:
-    assert result(vehicle, mavlink.MAV_CMD_RUN_PREARM_CHECKS) == (ACCEPTED, [])
+    assert result(vehicle, mavlink.MAV_CMD_RUN_PREARM_CHECKS) == (ACCEPTED, [("check",)])
 
 
 @pytest.mark.parametrize(("enabled", "expected"), [(0, DENIED), (1, mavlink.MAV_RESULT_UNSUPPORTED)])

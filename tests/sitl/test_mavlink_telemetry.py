@@ -9,7 +9,7 @@ from mavlink_fakes import FakeFirmware
 from pymavlink.dialects.v20 import common as mavlink
 
 from sitl.firmware.interface import Battery, Health, Landed, Mode, Setpoint
-from sitl.geodesy import HOME, geodetic_from_ned, ned_from_geodetic
+from sitl.geodesy import ARDUPILOT_EARTH_M, HOME, geodetic_from_ned, ned_from_geodetic
 from sitl.mavlink.ardupilot import ARDUPILOT
 from sitl.mavlink.flavour import Flavour
 from sitl.mavlink.px4 import PX4
@@ -78,6 +78,9 @@ def test_global_position_is_where_the_local_one_is() -> None:
 @given(*[st.floats(-500.0, 500.0)] * 3)
 def test_geodetic_and_local_are_inverse(north: float, east: float, down: float) -> None:
     back = ned_from_geodetic(geodetic_from_ned(north, east, down))
+    assert ned_from_geodetic(geodetic_from_ned(north, east, down), ARDUPILOT_EARTH_M)[0] == pytest.approx(
+        north * 6378.1 / 6371.0, abs=1e-6
+    )
     assert back == pytest.approx((north, east, down), abs=1e-6)
 
 

@@ -8,6 +8,8 @@ import pytest
 from plan_items import HOME, command, item
 from sitl_flights import in_hover, simulation, texts, with_parameters
 
+from sitl.firmware.ardupilot_parameters import ArduPilotParameters
+from sitl.firmware.ardupilot_return import return_height
 from sitl.firmware.interface import Mode, Result
 from sitl.plan.items import Command, Item, PlanKind
 from sitl.plan.mission import MissionState
@@ -316,3 +318,30 @@ def test_ardupilots_fence_is_off_until_it_is_enabled() -> None:
     fly(sim, 1.0)
     assert mode_of(sim) is Mode.RTL
     assert "Altitude fence breached" in texts(sim)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "place_up", "height"),
+    [
+        ({}, 0.0, 15.0),
+        ({"RTL_ALT": 800}, 12.0, 12.0),
+        ({"RTL_CONE_SLOPE": 0.6}, 0.0, 12.0),
+        ({"RTL_CONE_SLOPE": 0.4}, 0.0, 15.0),
+        ({"FENCE_ENABLE": 1, "FENCE_ALT_MAX": 14.0, "FENCE_MARGIN": 3.0}, 0.0, 11.0),
+        ({"RTL_ALT": 300, "RTL_CLIMB_MIN": 400}, 0.0, 9.0),
+    ],
+)
+def test_ardupilot_returns_as_high_as_it_must(
+    parameters: dict[str, float], place_up: float, height: float
+) -> None:
+    values = ArduPilotParameters.model_validate(parameters)
+    place, here = np.array((20.0, 0.0, -place_up)), np.array((0.0, 0.0, -5.0))
+    assert return_height(values, place, here, np.zeros(3)) == pytest.approx(height)
+
+
+def test_ardupilot_counts_what_is_on_board() -> None:
+    sim = simulation(ARDUCOPTER)
+    load(sim, HOME, TAKEOFF, OUT)
+    load(sim, item(Command.RALLY_POINT, 12.0), kind=PlanKind.RALLY)
+    counts = sim.firmware.parameters.model_dump(include={"MIS_TOTAL", "RALLY_TOTAL", "FENCE_TOTAL"})
+    assert counts == {"MIS_TOTAL": 3, "RALLY_TOTAL": 1, "FENCE_TOTAL": 0}
