@@ -175,6 +175,8 @@ ARDUPILOT = Flavour(
     earth_radius_m=ARDUPILOT_EARTH_M,
     parameters=ardupilot_parameters.WIRE,
     missions=ARDUPILOT_MISSIONS,
+    reached_repeats=0,
+    tells_current_at_once=False,
     writers={
         **WRITERS,
         mavlink.MAVLINK_MSG_ID_MISSION_CURRENT: mission_telemetry.ardupilot_mission_current,

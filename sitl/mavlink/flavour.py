@@ -40,6 +40,8 @@ class Flavour:
         earth_radius_m: by which its places on the map are local.
         parameters: how it puts parameters into messages.
         missions: how it conducts plan transfers.
+        reached_repeats: how often it tells again which item was reached.
+        tells_current_at_once: whether MISSION_CURRENT does not wait for its turn when another item is.
         writers: what writes each message that can be streamed or asked for, by message id.
         commands: what each MAV_CMD does.
         commands_to_all: the MAV_CMDs that are taken when they are sent to every system.
@@ -60,6 +62,8 @@ class Flavour:
     earth_radius_m: float
     parameters: "ParameterWire"
     missions: "MissionWire"
+    reached_repeats: int
+    tells_current_at_once: bool
     writers: Mapping[int, "Callable[[Report], Message]"]
     commands: Mapping[int, Execute]
     commands_to_all: Container[int]

@@ -7,10 +7,11 @@ from pymavlink.dialects.v20 import common as mavlink
 from pymavlink.dialects.v20.ardupilotmega import MAVLink_fence_status_message
 
 from sitl.firmware.interface import Mode
+from sitl.mavlink.flavour import Flavour
 from sitl.mavlink.frames import Message
 from sitl.mavlink.opaque_ids import MissionCurrent
 from sitl.mavlink.telemetry import Report
-from sitl.plan.items import PlanKind
+from sitl.plan.items import Plan, PlanKind
 
 FENCE_STATUS = MAVLink_fence_status_message.id
 
@@ -52,3 +53,39 @@ def fence_status(state: Report) -> Message:
         int(bool(fence.breach)), fence.count, _BREACHES[fence.breach], round(fence.since_s * 1e3)
     )
     return cast(Message, message)  # pymavlink gives each dialect a base class of its own
+
+
+class MissionNews:
+    """What is told of a mission beside the streams: which items were reached, and which one is current now.
+
+    PX4 tells the item that was reached last again once a second, so that no lost frame conceals it
+    (`MavlinkMissionManager::send`).
+    """
+
+    def __init__(self, flavour: Flavour) -> None:
+        self._flavour = flavour
+        self._plan: Plan | None = None
+        self._current = 0
+        self._last = 0
+        self._repeats = 0
+        self._due_s = 0.0
+
+    def take(self, state: Report) -> list[Message]:
+        """The messages that are due now, for every link."""
+        mission = state.firmware.plans.mission
+        if mission.plan is not self._plan:
+            self._plan, self._current, self._repeats = mission.plan, mission.current, 0
+        reached = mission.take_reached()
+        if reached:
+            self._last, self._repeats = reached[-1], self._flavour.reached_repeats
+            self._due_s = state.time_s + 1.0
+        elif self._repeats and state.time_s >= self._due_s:
+            reached = [self._last]
+            self._repeats -= 1
+            self._due_s += 1.0
+        news: list[Message] = [mavlink.MAVLink_mission_item_reached_message(number) for number in reached]
+        if mission.current != self._current:
+            self._current = mission.current
+            if self._flavour.tells_current_at_once:
+                news.append(self._flavour.writers[mavlink.MAVLINK_MSG_ID_MISSION_CURRENT](state))
+        return news

@@ -167,6 +167,8 @@ PX4 = Flavour(
     earth_radius_m=PX4_EARTH_M,
     parameters=px4_parameters.WIRE,
     missions=PX4_MISSIONS,
+    reached_repeats=10,
+    tells_current_at_once=True,
     writers={
         **WRITERS,
         mavlink.MAVLINK_MSG_ID_MISSION_CURRENT: mission_telemetry.px4_mission_current,

@@ -9,8 +9,6 @@ from itertools import count
 from pathlib import Path
 from typing import Literal
 
-from pymavlink.dialects.v20 import common as mavlink
-
 from sitl.conditions import load_conditions
 from sitl.firmware.interface import StatusText
 from sitl.mavlink import missions, parameters, services
@@ -19,6 +17,7 @@ from sitl.mavlink.channel import Channel
 from sitl.mavlink.flavour import Flavour
 from sitl.mavlink.frames import Encoder, Message, decode
 from sitl.mavlink.links import Link, Streams
+from sitl.mavlink.mission_telemetry import MissionNews
 from sitl.mavlink.mission_upload import Uploads
 from sitl.mavlink.px4 import PX4
 from sitl.mavlink.session import Session
@@ -89,6 +88,7 @@ class MavlinkVehicle:
         self._booted_s = 0.0
         self._reboots = False
         self._uploads = Uploads()
+        self._mission_news = MissionNews(self._flavour)
         self._signing = Signing(signing_key) if signing_key else None
         self._sessions = self._open_all(links or self._flavour.links[:1])
 
@@ -180,19 +180,19 @@ class MavlinkVehicle:
         state = report(firmware, self._flavour, self.system_id, self._rotors, now_s)
         texts = firmware.take_status_texts()
         self.status_texts.extend(texts)
-        reached = firmware.plans.mission.take_reached()
+        news = self._mission_news.take(state)
         for session in self._sessions.values():
             session.time_s = now_s
             for text in texts:
                 session.say(text.severity, text.text)
-            for number in reached:
-                session.send(mavlink.MAVLink_mission_item_reached_message(number))
+            for message in news:
+                session.send(message)
             missions.keep_time(session)
             parameters.send_backlog(session)
             for message_id in session.streams.take_due(state.time_us):
-                message = written(message_id, state)
-                if message is not None:
-                    session.send(message)
+                due = written(message_id, state)
+                if due is not None:
+                    session.send(due)
 
 
 def open_vehicle(

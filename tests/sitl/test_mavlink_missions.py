@@ -23,6 +23,7 @@ from sitl.conditions import LinkConditions
 from sitl.firmware.interface import Mode
 from sitl.mavlink import GROUND_STATION, OFFBOARD, MavlinkVehicle
 from sitl.plan.items import Command, Item, PlanKind
+from sitl.vehicle import Vehicle
 
 MISSION = tuple(item(Command.NAV_WAYPOINT, 10.0 * n, 5.0, 20.0) for n in range(5))
 SQUARE = tuple(
@@ -335,7 +336,7 @@ def test_px4_tells_the_ids_of_its_plans() -> None:
 def test_the_current_item_is_set_or_refused() -> None:
     vehicle = px4()
     upload(vehicle, MISSION)
-    (current,) = answers(vehicle, mavlink.MAVLink_mission_set_current_message(1, 1, 3))
+    current, *_ = answers(vehicle, mavlink.MAVLink_mission_set_current_message(1, 1, 3))
     assert (current.get_type(), current.seq, current.total) == ("MISSION_CURRENT", 3, 5)
     (text,) = answers(vehicle, mavlink.MAVLink_mission_set_current_message(1, 1, 9))
     assert "Not in list" in text.text
@@ -349,6 +350,26 @@ def test_ardupilot_does_not_count_home() -> None:
     upload(vehicle, (HOME, *MISSION))
     (current,) = answers(vehicle, mavlink.MAVLink_mission_set_current_message(1, 1, 2))
     assert (current.seq, current.total, current.mission_mode) == (2, 5, 1)
+
+
+@pytest.mark.parametrize(("vehicle", "times"), [(BEBOP2, 11), (ARDUCOPTER, 1)], ids=["px4", "ardupilot"])
+def test_px4_repeats_what_was_reached_last(vehicle: Vehicle, times: int) -> None:
+    flying, firmware = fake_vehicle(vehicle=vehicle)
+    flying.advance(0.05)
+    firmware.plans.mission.reached.extend((0, 1))
+    told = [
+        message.seq for message in parse(flying.advance(20.0)) if message.get_type() == "MISSION_ITEM_REACHED"
+    ]
+    assert told == [0] + [1] * times
+
+
+def test_px4_tells_at_once_which_item_is_current() -> None:
+    flying, firmware = fake_vehicle()
+    upload(flying, MISSION)
+    flying.advance(flying.simulation.time_s + 0.5)
+    firmware.plans.mission.go_to(1)
+    news = parse(flying.advance(flying.simulation.time_s + 0.02))
+    assert [message.seq for message in news if message.get_type() == "MISSION_CURRENT"] == [1]
 
 
 def test_what_is_reached_is_told_on_every_link() -> None:
