@@ -61,8 +61,9 @@ class TamperedLink:
     async def open(self, receiver: Receiver) -> "TamperedLink":
         self._receiver = receiver
         self._transport = open_simulated(self._address, self)
-        self.firmware = self._transport.vehicle.simulation.firmware
-        self.estimator: Any = self._transport.vehicle.simulation._estimator
+        self.simulated = self._transport.vehicle
+        self.firmware = self.simulated.simulation.firmware
+        self.estimator: Any = self.simulated.simulation._estimator
         return self
 
     def send(self, data: bytes) -> None:
