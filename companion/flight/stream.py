@@ -16,7 +16,7 @@ from companion.autopilot.interface import Autopilot
 from companion.errors import GapError, TrackingError
 from companion.flight.continuous_frame import ContinuousFrame
 from companion.flight.guard import Clip, Guarded, GuardLimits, guard
-from companion.flight.heading import Heading
+from companion.flight.heading import Heading, yaw_jump
 from companion.flight.recorder import FlightRecorder
 from companion.flight.tracker import ControlStep, Tracker, tracking_error_m
 from companion.link.telemetry import Telemetry
@@ -98,6 +98,10 @@ class SetpointStream:
             unsubscribe()
 
     def _observe(self, state: VehicleState) -> None:
+        turn = 0.0 if self._newest is None else yaw_jump(self._newest, state)
+        if turn:
+            self._heading.shift(turn)
+            self._recorder.event(clock.now(), f"the vehicle's estimated yaw jumped by {turn:.2f} rad")
         jump = self._frame.follow(state)
         self._newest = self._frame.tracked(state)
         if jump is not None:

@@ -262,6 +262,29 @@ def test_a_jump_of_the_estimate_is_no_step_for_the_vehicle(vehicle: str) -> None
     assert np.linalg.norm(off[-1]) < 0.6 * np.linalg.norm(jump)
 
 
+@pytest.mark.parametrize("yaw", list(YawMode))
+def test_a_jump_of_the_estimated_yaw_is_no_turn_for_the_vehicle(yaw: YawMode) -> None:
+    jump = 0.6
+    jumped_s: list[float] = []
+
+    def trouble(link: TamperedLink, pilot: Pilot) -> None:
+        def jumped(message: Message) -> Message:
+            if isinstance(message, mavlink.MAVLink_attitude_message):
+                message.yaw += jump
+            return message
+
+        link.incoming = jumped
+        jumped_s.append(clock.now())
+
+    link = TamperedLink()
+    _, outcome, _ = fly_with(link, trouble, after_s=8.0, plan=FlightPlan(FAR, yaw=yaw))
+    assert outcome is not None
+    assert any("yaw jumped by 0.60 rad" in text for _, text in outcome.recording.events)
+    sent = outcome.recording.references
+    before, after = (int(np.argmax(sent.time_s > jumped_s[0] + seconds)) for seconds in (-0.05, 0.1))
+    assert sent.yaw[after] - sent.yaw[before] == pytest.approx(jump, abs=0.15)
+
+
 def test_an_estimate_that_jumps_too_far_ends_in_a_hold() -> None:
     def trouble(link: TamperedLink, pilot: Pilot) -> None:
         estimate = link.estimator
