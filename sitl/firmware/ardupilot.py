@@ -380,7 +380,7 @@ class ArduPilot(Commander[ArduPilotParameters]):
             return "no mission"
         if mode is Mode.MISSION and self._armed and not self._in_flight:
             return None if self.plans.mission.starts_with_takeoff else "Auto: Missing Takeoff Cmd"
-        return None if self._position_ok else "requires position"
+        return None if self.position_ok else "requires position"
 
     def _reason_not_to_arm(self) -> str | None:
         if self._terminated:
@@ -391,7 +391,7 @@ class ArduPilot(Commander[ArduPilotParameters]):
         return self._failed_check() if self._parameters.ARMING_CHECK else None
 
     def _failed_check(self) -> str | None:
-        if not self._position_ok:
+        if not self.position_ok:
             return "Need Position Estimate"
         if self._low_battery.forbids_arming(self._parameters, float(self._pack.state[1])):
             return "Battery failsafe"

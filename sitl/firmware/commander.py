@@ -74,7 +74,7 @@ class Commander(ABC, Generic[P]):
     def health(self) -> Health:
         """Of the sensors and of the estimate; ready to arm when nothing would refuse it in this mode."""
         return Health(
-            sensors_ok=True, position_ok=self._position_ok, ready_to_arm=self._reason_not_to_arm() is None
+            sensors_ok=True, position_ok=self.position_ok, ready_to_arm=self._reason_not_to_arm() is None
         )
 
     @property
@@ -96,7 +96,8 @@ class Commander(ABC, Generic[P]):
         self._position_from_s = until_s
 
     @property
-    def _position_ok(self) -> bool:
+    def position_ok(self) -> bool:
+        """Whether it knows where it is."""
         north, east, down = self._estimator.position
         return self._time_s >= self._position_from_s and math.isfinite(north + east + down)
 

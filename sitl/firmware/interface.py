@@ -205,6 +205,11 @@ class Autopilot(Protocol):
         ...
 
     @property
+    def position_ok(self) -> bool:
+        """Whether it knows where it is."""
+        ...
+
+    @property
     def parameters(self) -> Parameters:
         """What it flies by now, under the autopilot's own names."""
         ...

@@ -374,7 +374,7 @@ class Px4(Commander[Px4Parameters]):
 
     def _offboard_is_alive(self) -> bool:
         age_s = self._offboard.age_s(self._time_s)
-        return age_s < self._parameters.COM_OF_LOSS_T and self._position_ok
+        return age_s < self._parameters.COM_OF_LOSS_T and self.position_ok
 
     def _reason_not_to_enter(self, mode: Mode) -> str | None:
         if mode in _PILOTED and not self._pilot.is_there(self._time_s):
@@ -388,7 +388,7 @@ class Px4(Commander[Px4Parameters]):
             return "flight termination active"
         if self._links.misses_ground(self._parameters, self._time_s):
             return "no connection to the ground control station"
-        if not self._position_ok:
+        if not self.position_ok:
             return "Resolve system health failures first"
         if self._pack.state[0] < self._parameters.BAT_LOW_THR:
             return "low battery"

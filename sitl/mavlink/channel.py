@@ -37,8 +37,9 @@ class Channel:
         """When a frame that was sent at `sent_s` (s) arrives: never, once or twice."""
         if self._happens(self._loss):
             return ()
-        copies = 2 if self._happens(self._duplicates) else 1
-        return [self._arrival_s(sent_s) for _ in range(copies)]
+        twice = self._happens(self._duplicates)
+        first_s = self._arrival_s(sent_s)
+        return [first_s, self._arrival_s(sent_s)] if twice else [first_s]
 
     def _arrival_s(self, sent_s: float) -> float:
         spread_s = self._jitter_s * (2.0 * next(self._uniform) - 1.0) if self._jitter_s else 0.0

@@ -40,6 +40,7 @@ class Report:
         euler: roll, pitch, yaw (rad), z-y'-x'' from NED.
         rates: body rates (rad/s).
         resets: of the estimate, so far.
+        position_ok: whether the position is known.
     """
 
     firmware: Autopilot
@@ -53,6 +54,7 @@ class Report:
     euler: _Three
     rates: _Three
     resets: int
+    position_ok: bool
 
     @property
     def time_ms(self) -> int:
@@ -94,7 +96,7 @@ _NEED_POSITION = frozenset(
 def written(message_id: int, state: Report) -> Message | None:
     """The message of that id now; None if the vehicle does not know it, or knows no position for it."""
     write = state.flavour.writers.get(message_id)
-    if write is None or (message_id in _NEED_POSITION and not state.firmware.health.position_ok):
+    if write is None or (message_id in _NEED_POSITION and not state.position_ok):
         return None
     return write(state)
 
@@ -120,6 +122,7 @@ def report(firmware: Autopilot, flavour: Flavour, system_id: int, rotors: int, t
         euler=euler,
         rates=tuple(estimate.rates.tolist()),
         resets=estimate.resets,
+        position_ok=firmware.position_ok,
     )
 
 

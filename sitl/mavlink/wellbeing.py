@@ -35,7 +35,7 @@ _GOOD = 0.1
 
 
 def _flags(state: Report) -> int:
-    return _WITH_POSITION if state.firmware.health.position_ok else _WITHOUT_POSITION
+    return _WITH_POSITION if state.position_ok else _WITHOUT_POSITION
 
 
 def system_time(state: Report) -> Message:

@@ -75,6 +75,10 @@ class FakeFirmware:
         )
 
     @property
+    def position_ok(self) -> bool:
+        return self.health.position_ok
+
+    @property
     def active_setpoint(self) -> Setpoint:
         return self.setpoints[-1] if self.setpoints else Setpoint()
 
