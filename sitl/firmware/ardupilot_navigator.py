@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from sitl.arrays import Vec3
 from sitl.estimator import Estimator
 from sitl.firmware.ardupilot_guidance import Guidance
 from sitl.firmware.ardupilot_parameters import ArduPilotParameters
@@ -16,9 +17,9 @@ from sitl.firmware.ardupilot_return import fence_limits, return_height, return_p
 from sitl.firmware.fence_watch import FenceWatch
 from sitl.firmware.interface import Mode, Severity
 from sitl.geodesy import ARDUPILOT_EARTH_M
-from sitl.plan.items import Command, Item, PlanKind
+from sitl.plan.items import LOOKS, Command, Item, PlanKind
 from sitl.plan.mission import Flight, Leg, Mission, MissionRules, Situation
-from sitl.plan.places import local_place
+from sitl.plan.places import bearing, local_place, looked_at
 from sitl.plan.plans import Plans
 from sitl.quaternion import yaw_of
 
@@ -78,6 +79,7 @@ class Navigator:
         self._limits = fence_limits(parameters, self.plans[PlanKind.FENCE])
         self._leg: Leg | None = None
         self._over_home_s: float | None = None
+        self._roi: Vec3 | None = None
 
     def use(self, parameters: ArduPilotParameters) -> None:
         """Go by these from now on."""
@@ -96,7 +98,7 @@ class Navigator:
     def enter(self, mode: Mode) -> None:
         """Fly as a mode begins; guidance has stopped."""
         self._mission.pause()
-        self._leg = None
+        self._leg = self._roi = None
         self.lands = mode is Mode.LAND
         self.may_lift_off = False
         self._set_speed(0.0)
@@ -149,6 +151,10 @@ class Navigator:
             self.lands = self._guidance.arrived
         elif self._leg is not None and self._leg.flight is Flight.RETURN:
             self._follow_return(time_s)
+        if self._roi is not None and self._mission.looks:
+            yaw = bearing(e.position, self._roi)
+            if not math.isnan(yaw):
+                self._guidance.turn(yaw)
 
     def _fly(self, leg: Leg, *, landed: bool) -> None:
         here = self._path.position
@@ -221,6 +227,8 @@ class Navigator:
             self._set_speed(item.param(2))
         elif item.command == Command.DO_FENCE_ENABLE:
             self._enable_fence(item.param(1) == 1.0)
+        elif item.command in LOOKS:
+            self._roi = looked_at(item, self.plans.home, ARDUPILOT_EARTH_M)
         elif item.command == Command.DO_SET_HOME:
             here = item.param(1) == _CURRENT_PLACE
             there = local_place(item, self.plans.home, ARDUPILOT_EARTH_M)

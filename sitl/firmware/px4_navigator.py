@@ -9,6 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from sitl.arrays import Vec3
 from sitl.estimator import Estimator
 from sitl.firmware.fence_watch import FenceWatch
 from sitl.firmware.interface import Mode, Severity
@@ -17,14 +18,17 @@ from sitl.firmware.px4_feasibility import fence_limits, reason_to_refuse
 from sitl.firmware.px4_guidance import Guidance
 from sitl.firmware.px4_parameters import Px4Parameters
 from sitl.firmware.px4_return import return_height, return_place
-from sitl.plan.items import Command, Item, PlanKind
+from sitl.plan.items import LOOKS, Command, Item, PlanKind
 from sitl.plan.mission import Flight, Leg, Mission, MissionRules, Situation
-from sitl.plan.places import local_place
+from sitl.plan.places import bearing, local_place, looked_at
 from sitl.plan.plans import Plans
 from sitl.quaternion import yaw_of
 
 _RULES = MissionRules(first=0, waypoint_params=True, reports_every_item=True, climbs_first=True)
 _CURRENT_PLACE = 1.0
+_HOME_MODES = (1, 2)
+_AWAY_FROM_HOME = 2
+"""MPC_YAW_MODE."""
 
 Say = Callable[[Severity, str], None]
 
@@ -49,6 +53,7 @@ class Navigator:
         self._limits = fence_limits(parameters, self.plans[PlanKind.FENCE])
         self.refusal: str | None = "no valid mission available"
         self._next: Mode | None = None
+        self._roi: Vec3 | None = None
         self._waits_from_s: float | None = None
 
     def use(self, parameters: Px4Parameters) -> None:
@@ -65,7 +70,7 @@ class Navigator:
     def enter(self, mode: Mode) -> None:
         """Fly as a mode begins."""
         self._mission.pause()
-        self._next = None
+        self._next = self._roi = None
         if mode is not Mode.MISSION:
             self._guidance.speed = None
         if mode is Mode.LAND:
@@ -116,9 +121,19 @@ class Navigator:
         leg = self._mission.update(now)
         if leg is not None:
             self._fly(leg)
+        if self._mission.looks:
+            self._look()
         if self._mission.complete and not was_complete:
             self._say(Severity.INFO, f"Mission finished, {'landed' if self.landed else 'loitering'}")
         return self._next
+
+    def _look(self) -> None:
+        """Turn to the region of interest, or as MPC_YAW_MODE has it."""
+        mode, here = self._parameters.MPC_YAW_MODE, self._estimate.position
+        place = self.plans.home if self._roi is None and mode in _HOME_MODES else self._roi
+        yaw = math.nan if place is None else bearing(here, place)
+        if not math.isnan(yaw):
+            self._guidance.turn(yaw + math.pi if self._roi is None and mode == _AWAY_FROM_HOME else yaw)
 
     def _fly(self, leg: Leg) -> None:
         here = self._estimate.position
@@ -139,6 +154,8 @@ class Navigator:
     def _perform(self, item: Item) -> None:
         if item.command == Command.DO_CHANGE_SPEED:
             self.change_speed(item.param(2, -1.0))
+        elif item.command in LOOKS:
+            self._roi = looked_at(item, self.plans.home)
         elif item.command == Command.DO_SET_HOME:
             here = item.param(1) == _CURRENT_PLACE
             self.plans.home = self._estimate.position.copy() if here else local_place(item, self.plans.home)

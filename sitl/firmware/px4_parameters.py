@@ -50,6 +50,8 @@ class Px4Parameters(Parameters):
     MPC_XY_CRUISE: float = Field(5.0, ge=3.0, le=20.0)
     MPC_ACC_HOR: float = Field(3.0, ge=2.0, le=15.0)
     MPC_JERK_AUTO: float = Field(4.0, ge=1.0, le=80.0)
+    MPC_YAW_MODE: Literal[0, 1, 2, 3, 4] = 0
+    """Where a mission looks: along its path, at home, or away from home (2); here 3 and 4 are as 0."""
     MPC_TKO_SPEED: float = Field(1.5, ge=1.0, le=5.0)
     MPC_TKO_RAMP_T: float = Field(3.0, ge=0.0, le=5.0)
     MPC_LAND_SPEED: float = Field(0.7, ge=0.6, le=4.0)

@@ -42,6 +42,7 @@ class Command(IntEnum):
     DO_SET_HOME = 179
     DO_LAND_START = 189
     DO_SET_ROI_LOCATION = 195
+    DO_SET_ROI_NONE = 197
     DO_SET_ROI = 201
     DO_FENCE_ENABLE = 207
     FENCE_RETURN_POINT = 5000
@@ -50,6 +51,10 @@ class Command(IntEnum):
     FENCE_INCLUSION_CIRCLE = 5003
     FENCE_EXCLUSION_CIRCLE = 5004
     RALLY_POINT = 5100
+
+
+LOOKS = frozenset((Command.DO_SET_ROI_LOCATION, Command.DO_SET_ROI_NONE, Command.DO_SET_ROI))
+"""Commands that say where to look."""
 
 
 @dataclass(frozen=True, slots=True)

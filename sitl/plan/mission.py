@@ -186,6 +186,12 @@ class Mission:
         """Whether the last item is done."""
         return self._complete
 
+    @property
+    def looks(self) -> bool:
+        """Whether the heading may follow a region of interest: on the way and in a hold."""
+        leg = self._leg
+        return leg is not None and leg.flight in (Flight.GO, Flight.STAY) and math.isnan(leg.yaw)
+
     def update(self, now: Situation) -> Leg | None:
         """Move on; the leg to fly from now on, None to fly on as before, or when the mission is complete."""
         self._begun = True

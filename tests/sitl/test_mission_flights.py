@@ -13,6 +13,7 @@ from sitl.firmware.ardupilot_return import return_height
 from sitl.firmware.interface import Mode, Result
 from sitl.plan.items import Command, Item, PlanKind
 from sitl.plan.mission import MissionState
+from sitl.quaternion import yaw_of
 from sitl.simulation import Simulation
 from sitl.vehicle import Vehicle, load_vehicle
 
@@ -130,6 +131,29 @@ def test_px4_ends_the_flight_beyond_a_fence_that_asks_for_it() -> None:
     sim = in_hover(with_parameters(GF_ACTION=4, GF_MAX_VER_DIST=1.0))
     assert not sim.firmware.armed
     assert "Geofence violation: altitude, TERMINATE" in texts(sim)
+
+
+@pytest.mark.parametrize(("mode", "heading_deg"), [(0, 0.0), (1, 180.0), (2, 0.0)])
+def test_px4_looks_where_it_is_told(mode: int, heading_deg: float) -> None:
+    sim = simulation(with_parameters(MPC_YAW_MODE=mode))
+    load(sim, TAKEOFF, OUT)
+    sim.firmware.start_mission()
+    fly(sim, 40.0, until=MissionState.COMPLETE)
+    fly(sim, 4.0)
+    assert abs(math.remainder(yaw_of(sim.truth.attitude) - math.radians(heading_deg), math.tau)) < 0.3
+
+
+@pytest.mark.parametrize("autopilot", ["px4", "ardupilot"])
+def test_a_region_of_interest_is_looked_at(autopilot: str) -> None:
+    east = item(Command.DO_SET_ROI_LOCATION, 15.0, 40.0)
+    if autopilot == "ardupilot":
+        sim = start_ardupilot(TAKEOFF, east, OUT)
+    else:
+        sim = simulation()
+        load(sim, TAKEOFF, east, OUT)
+        sim.firmware.start_mission()
+    fly(sim, 40.0, until=MissionState.COMPLETE)
+    assert yaw_of(sim.truth.attitude) == pytest.approx(math.pi / 2.0, abs=0.3)
 
 
 def test_px4_goes_on_after_a_pause() -> None:
