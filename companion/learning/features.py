@@ -63,6 +63,9 @@ INVERSE_INPUTS: tuple[str, ...] = (*_along_axes("position_ahead", "velocity_ahea
 INVERSE_OUTPUTS: tuple[str, ...] = _along_axes("reference_position_offset", "reference_velocity_offset")
 """O1: names of the inverse network's outputs."""
 
+ACCELERATING_OUTPUTS: tuple[str, ...] = (*INVERSE_OUTPUTS, *_along_axes("reference_acceleration"))
+"""O1 and the reference acceleration, of a network that learned from a flight with one: names likewise."""
+
 ERROR_INPUTS: tuple[str, ...] = (
     *STATE,
     *_along_axes("reference_position", "reference_velocity", "desired_position", "desired_velocity"),
@@ -87,16 +90,21 @@ def state_vector(
     cos, sin = np.cos(yaw), np.sin(yaw)
     # Third column of R = Rz(yaw) Ry(pitch) Rx(roll): the body's down axis in NED.
     forward, right, down = np.cos(roll) * np.sin(pitch), -np.sin(roll), np.cos(roll) * np.cos(pitch)
-    north, east = cos * forward - sin * right, sin * forward + cos * right
+    body_down = np.stack((cos * forward - sin * right, sin * forward + cos * right, down), axis=-1)
     x = np.zeros((*attitude.shape[:-1], 12))
     x[..., 0:3] = position
     x[..., 3:6] = velocity
-    x[..., 6] = -np.arctan2(east, np.hypot(north, down))
-    x[..., 7] = np.arctan2(north, down)
+    x[..., 6:8] = tilt(body_down)
     x[..., 9] = cos * p - sin * q
     x[..., 10] = sin * p + cos * q
     x[..., 11] = r
     return x
+
+
+def tilt(body_down: Float[Array, "*n 3"]) -> Float[Array, "*n 2"]:
+    """Roll and pitch (rad) at yaw zero of a body whose down axis is `body_down` (NED, of any length)."""
+    north, east, down = body_down[..., 0], body_down[..., 1], body_down[..., 2]
+    return np.stack((-np.arctan2(east, np.hypot(north, down)), np.arctan2(north, down)), axis=-1)
 
 
 def inverse_inputs(
@@ -117,18 +125,23 @@ def inverse_outputs(
     state: Float[Array, "*n 12"],
     reference_position: Float[Array, "*n 3"],
     reference_velocity: Float[Array, "*n 3"],
-) -> Float[Array, "*n 6"]:
-    """O1: p_r(k) − p_a(k) and v_r(k) − v_a(k), from the reference that acts from k on."""
-    return np.concatenate(
-        (reference_position - state[..., 0:3], reference_velocity - state[..., 3:6]), axis=-1
-    )
+    reference_acceleration: Float[Array, "*n 3"] | None = None,
+) -> Float[Array, "*n m"]:
+    """O1: p_r(k) − p_a(k) and v_r(k) − v_a(k), from the reference that acts from k on, and a_r(k) if any."""
+    offsets = (reference_position - state[..., 0:3], reference_velocity - state[..., 3:6])
+    acceleration = () if reference_acceleration is None else (reference_acceleration,)
+    return np.concatenate((*offsets, *acceleration), axis=-1)
 
 
 def reference(
-    state: Float[Array, "*n 12"], outputs: Float[Array, "*n 6"]
-) -> tuple[Float[Array, "*n 3"], Float[Array, "*n 3"]]:
-    """Reference position (m) and velocity (m/s) that the outputs O1 stand for at that state."""
-    return state[..., 0:3] + outputs[..., 0:3], state[..., 3:6] + outputs[..., 3:6]
+    state: Float[Array, "*n 12"], outputs: Float[Array, "*n m"]
+) -> tuple[Float[Array, "*n 3"], Float[Array, "*n 3"], Float[Array, "*n 3"] | None]:
+    """Reference position (m), velocity (m/s) and acceleration (m/s²) that outputs stand for at that state.
+
+    The acceleration is None where the outputs are O1 alone.
+    """
+    acceleration = outputs[..., 6:9] if outputs.shape[-1] == len(ACCELERATING_OUTPUTS) else None
+    return state[..., 0:3] + outputs[..., 0:3], state[..., 3:6] + outputs[..., 3:6], acceleration
 
 
 def error_inputs(

@@ -78,15 +78,17 @@ class ModelCard(BaseModel):
 
     Attributes:
         inputs: names of its inputs, in their order (`features.INVERSE_INPUTS`).
-        outputs: names of its outputs, in their order (`features.INVERSE_OUTPUTS`).
+        outputs: names of its outputs, in their order (`features.INVERSE_OUTPUTS`, or `ACCELERATING_OUTPUTS`).
         preview: how far ahead the desired trajectory is read.
         sample_time_s: time between two samples of the training data (s).
         vehicle: what flew the training data.
         data_sha256: digest of the training samples.
         data_seconds: duration of the training flight (s).
         seed: of the training.
-        held_out_rms: error on the part of the flight that was kept from training, for each output (m, m/s).
-        lookahead_s: constant time by which the flown position lagged behind its reference (s).
+        held_out_rms: error on the part of the flight that was kept from training, for each output
+            (m, m/s, m/s²).
+        lookahead_s: constant time by which the flown position lagged behind its reference (s); with an
+            acceleration in the reference it is shorter than without.
         software: version that trained it.
     """
 
@@ -120,8 +122,8 @@ class InverseNetwork:
     input_scaling: Scaling
     output_scaling: Scaling
 
-    def __call__(self, inputs: Float[Array, "*n 12"]) -> Float[Array, "*n 6"]:
-        """O1 for I1, of one sample or of many; NaN where an input is NaN."""
+    def __call__(self, inputs: Float[Array, "*n 12"]) -> Float[Array, "*n m"]:
+        """The outputs of the card for I1, of one sample or of many; NaN where an input is NaN."""
         mean, scale = self.output_scaling
         outputs = propagated(normalised(inputs, self.input_scaling), self.layers) * scale + mean
         return outputs.astype(np.float64)

@@ -14,7 +14,7 @@ from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save
 
 from companion.errors import InputError
-from companion.learning.features import INVERSE_INPUTS, INVERSE_OUTPUTS
+from companion.learning.features import ACCELERATING_OUTPUTS, INVERSE_INPUTS, INVERSE_OUTPUTS
 from companion.learning.inverse_network import Array32, InverseNetwork, Layer, ModelCard, Scaling
 
 LARGEST_FILE = 64 * 2**20
@@ -45,7 +45,7 @@ def load_model(path: Path) -> InverseNetwork:
         InputError: no such file, too large, not a model file, damaged, or trained for other features.
     """
     card, tensors = _read(path)
-    if (card.inputs, card.outputs) != (INVERSE_INPUTS, INVERSE_OUTPUTS):
+    if card.inputs != INVERSE_INPUTS or card.outputs not in (INVERSE_OUTPUTS, ACCELERATING_OUTPUTS):
         raise InputError(
             f"{path}: the model was trained for other features ({', '.join(card.inputs)} → "
             f"{', '.join(card.outputs)}); train it anew with `companion train`"

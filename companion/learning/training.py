@@ -14,7 +14,7 @@ from jaxtyping import Float
 
 from companion.arrays import Array
 from companion.errors import InputError
-from companion.learning.features import INVERSE_INPUTS, INVERSE_OUTPUTS, Preview
+from companion.learning.features import ACCELERATING_OUTPUTS, INVERSE_INPUTS, Preview
 from companion.learning.inverse_network import (
     InverseNetwork,
     Layer,
@@ -76,7 +76,7 @@ def train_inverse_network(
     fit = train(*samples, seed=seed, progress=progress)
     card = ModelCard(
         inputs=INVERSE_INPUTS,
-        outputs=INVERSE_OUTPUTS,
+        outputs=ACCELERATING_OUTPUTS[: outputs.shape[1]],
         preview=preview,
         sample_time_s=sample_time_s,
         vehicle=recording.provenance.vehicle,

@@ -4,6 +4,8 @@ The paper's section "Background on Offline Inverse Learning": what was flown one
 is desired, and the reference that led to it is what the network has to answer.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from jaxtyping import Float, Int
 
@@ -29,12 +31,12 @@ TILT_NOISE_RAD = 0.03
 
 def training_pairs(
     recording: Recording, preview: Preview, sample_time_s: float
-) -> tuple[Float[Array, "n 12"], Float[Array, "n 6"]]:
+) -> tuple[Float[Array, "n 12"], Float[Array, "n m"]]:
     """Inputs I1 and outputs O1 at every `sample_time_s` (s) of a flight, in the order of time.
 
     k is the instant at which a reference was sent; states are interpolated there and one preview later.
-    Left out is what lacks the position or the velocity of its reference, and what falls into a gap of states
-    or references.
+    Where most references have an acceleration, it joins the outputs (`features.ACCELERATING_OUTPUTS`). Left
+    out is what lacks a part of its reference, and what falls into a gap of states or references.
 
     Raises:
         InputError: too little of the flight can be used.
@@ -51,7 +53,8 @@ def training_pairs(
         _ahead(time_s, preview.position_s, states.time_s, states.position),
         _ahead(time_s, preview.velocity_s, states.time_s, states.velocity),
     )
-    outputs = inverse_outputs(x, sent.position[chosen], sent.velocity[chosen])
+    acceleration = sent.acceleration[chosen] if has_acceleration(recording) else None
+    outputs = inverse_outputs(x, sent.position[chosen], sent.velocity[chosen], acceleration)
     usable = np.isfinite(inputs).all(axis=1) & np.isfinite(outputs).all(axis=1)
     if usable.sum() < FEWEST_PAIRS:
         raise InputError(
@@ -61,9 +64,21 @@ def training_pairs(
     return inputs[usable], outputs[usable]
 
 
+def has_acceleration(recording: Recording) -> bool:
+    """Whether most of the references sent had an acceleration as well."""
+    accelerations = _complete(recording.references).acceleration
+    return int(np.isfinite(accelerations).all(axis=1).sum()) > len(accelerations) / 2
+
+
+def without_acceleration(recording: Recording) -> Recording:
+    """The recording as if no acceleration had been sent: what the paper's network learns from."""
+    sent = recording.references
+    return replace(recording, references=replace(sent, acceleration=np.full_like(sent.acceleration, np.nan)))
+
+
 def displaced(
-    inputs: Float[Array, "n 12"], outputs: Float[Array, "n 6"], rng: np.random.Generator
-) -> tuple[Float[Array, "m 12"], Float[Array, "m 6"]]:
+    inputs: Float[Array, "n 12"], outputs: Float[Array, "n m"], rng: np.random.Generator
+) -> tuple[Float[Array, "k 12"], Float[Array, "k m"]]:
     """The samples, each `COPIES` times in a row, with the vehicle beside its path, and its tilt uncertain.
 
     In training, what is desired is what was flown, so that no sample shows the vehicle beside its path: a

@@ -2,9 +2,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 from pydantic import ValidationError
 
+from companion.arrays import Vec3
 from companion.learning.features import (
+    ACCELERATING_OUTPUTS,
     ERROR_INPUTS,
     INVERSE_INPUTS,
     INVERSE_OUTPUTS,
@@ -15,14 +18,16 @@ from companion.learning.features import (
     inverse_outputs,
     reference,
     state_vector,
+    tilt,
 )
 
 RNG = np.random.default_rng(0)
 POSITION, VELOCITY, ATTITUDE, RATES = RNG.normal(scale=0.3, size=(4, 7, 3))
-DESIRED, DESIRED_VELOCITY, REFERENCE, REFERENCE_VELOCITY = RNG.normal(size=(4, 7, 3))
+DESIRED, DESIRED_VELOCITY, REFERENCE, REFERENCE_VELOCITY, ACCELERATION = RNG.normal(size=(5, 7, 3))
 
 angles = st.floats(-1.0, 1.0)
 headings = st.floats(-np.pi, np.pi)
+vectors = arrays(float, 3, elements=st.floats(-10.0, 10.0))
 
 
 def test_there_is_a_name_for_every_number() -> None:
@@ -30,6 +35,8 @@ def test_there_is_a_name_for_every_number() -> None:
     assert x.shape == (7, len(STATE)) == (7, 12)
     assert inverse_inputs(x, DESIRED, DESIRED_VELOCITY).shape == (7, len(INVERSE_INPUTS)) == (7, 12)
     assert inverse_outputs(x, REFERENCE, REFERENCE_VELOCITY).shape == (7, len(INVERSE_OUTPUTS)) == (7, 6)
+    assert inverse_outputs(x, REFERENCE, REFERENCE_VELOCITY, ACCELERATION).shape == (7, 9)
+    assert len(set(ACCELERATING_OUTPUTS)) == 9
     i2 = error_inputs(x, REFERENCE, REFERENCE_VELOCITY, DESIRED, DESIRED_VELOCITY)
     assert i2.shape == (7, len(ERROR_INPUTS)) == (7, 24)
     assert len(set(ERROR_INPUTS)) == 24
@@ -49,11 +56,21 @@ def test_facing_north_the_vector_is_the_papers() -> None:
     np.testing.assert_allclose(i1, expected, atol=1e-15)
 
 
-def test_reference_undoes_inverse_outputs() -> None:
-    x = state_vector(POSITION, VELOCITY, ATTITUDE, RATES)
-    position, velocity = reference(x, inverse_outputs(x, REFERENCE, REFERENCE_VELOCITY))
-    np.testing.assert_allclose(position, REFERENCE)
-    np.testing.assert_allclose(velocity, REFERENCE_VELOCITY)
+@given(sent=st.tuples(vectors, vectors, st.none() | vectors), position=vectors, velocity=vectors)
+def test_reference_undoes_inverse_outputs(
+    sent: tuple[Vec3, Vec3, Vec3 | None], position: Vec3, velocity: Vec3
+) -> None:
+    x = state_vector(position, velocity, ATTITUDE[0], RATES[0])
+    again = reference(x, inverse_outputs(x, *sent))
+    for before, after in zip(sent, again, strict=True):
+        assert (before is None) == (after is None)
+        if before is not None and after is not None:
+            np.testing.assert_allclose(after, before, atol=1e-12)
+
+
+@given(roll=angles, pitch=angles, length=st.floats(0.1, 20.0))
+def test_the_tilt_is_that_of_the_down_axis(roll: float, pitch: float, length: float) -> None:
+    np.testing.assert_allclose(tilt(length * rotation(roll, pitch, 0.0)[:, 2]), (roll, pitch), atol=1e-12)
 
 
 def rotation(roll: float, pitch: float, yaw: float) -> np.ndarray:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from companion.arrays import Array
 from companion.errors import InputError
-from companion.learning.features import INVERSE_INPUTS, INVERSE_OUTPUTS, Preview
+from companion.learning.features import ACCELERATING_OUTPUTS, INVERSE_INPUTS, INVERSE_OUTPUTS, Preview
 from companion.learning.inverse_network import (
     FARTHEST_INPUT,
     LEAST_SPREAD,
@@ -39,7 +39,14 @@ CARD = ModelCard(
 )
 
 
-def random_network(seed: int = 0, widths: tuple[int, ...] = (12, 128, 128, 128, 128, 6)) -> InverseNetwork:
+ACCELERATING_CARD = CARD.model_copy(
+    update={"outputs": ACCELERATING_OUTPUTS, "held_out_rms": (0.01,) * len(ACCELERATING_OUTPUTS)}
+)
+
+
+def random_network(
+    seed: int = 0, widths: tuple[int, ...] = (12, 128, 128, 128, 128, 6), card: ModelCard = CARD
+) -> InverseNetwork:
     rng = np.random.default_rng(seed)
     layers = tuple(
         Layer(
@@ -50,7 +57,9 @@ def random_network(seed: int = 0, widths: tuple[int, ...] = (12, 128, 128, 128, 
     )
     samples = rng.normal(size=(100, 12))
     samples[:, 8] = 0.0  # the yaw
-    return InverseNetwork(CARD, layers, input_scaling(samples), output_scaling(rng.normal(size=(100, 6))))
+    return InverseNetwork(
+        card, layers, input_scaling(samples), output_scaling(rng.normal(size=(100, widths[-1])))
+    )
 
 
 def with_torch(network: InverseNetwork, inputs: Array) -> Array:
@@ -103,8 +112,9 @@ def test_nan_in_nan_out() -> None:
     assert np.isnan(random_network()(inputs)).all()
 
 
-def test_a_model_file_returns_every_bit(tmp_path: Path) -> None:
-    network = random_network()
+@pytest.mark.parametrize("card", [CARD, ACCELERATING_CARD])
+def test_a_model_file_returns_every_bit(tmp_path: Path, card: ModelCard) -> None:
+    network = random_network(widths=(12, 16, len(card.outputs)), card=card)
     save_model(network, tmp_path / "a.safetensors")
     loaded = load_model(tmp_path / "a.safetensors")
     save_model(loaded, tmp_path / "b.safetensors")
@@ -155,11 +165,15 @@ def test_a_file_that_is_too_large_is_not_read(tmp_path: Path) -> None:
 
 def test_other_features(tmp_path: Path) -> None:
     network = random_network()
-    card = CARD.model_copy(update={"inputs": ("altitude", *INVERSE_INPUTS[1:])})
-    other = InverseNetwork(card, network.layers, network.input_scaling, network.output_scaling)
-    save_model(other, tmp_path / "other")
-    with pytest.raises(InputError, match="other features"):
-        load_model(tmp_path / "other")
+    for names in (
+        {"inputs": ("altitude", *INVERSE_INPUTS[1:])},
+        {"outputs": ("thrust", *INVERSE_OUTPUTS[1:])},
+    ):
+        card = CARD.model_copy(update=names)
+        other = InverseNetwork(card, network.layers, network.input_scaling, network.output_scaling)
+        save_model(other, tmp_path / "other")
+        with pytest.raises(InputError, match="other features"):
+            load_model(tmp_path / "other")
 
 
 def test_weights_that_do_not_fit(tmp_path: Path) -> None:
@@ -167,6 +181,7 @@ def test_weights_that_do_not_fit(tmp_path: Path) -> None:
     first, last = network.layers
     faulty = {
         "maps 12 numbers to 4": (first,),
+        "maps 12 numbers to 9": random_network(widths=(12, 4, 9)).layers,
         "do not fit together": (first, Layer(np.ones((5, 6), np.float32), last.bias)),
         "bias does not fit": (first, Layer(last.weight, first.bias)),
         "not finite": (first, Layer(last.weight * np.float32(np.nan), last.bias)),

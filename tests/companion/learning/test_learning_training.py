@@ -16,6 +16,7 @@ from companion.learning.training_data import (
     constant_lag,
     displaced,
     training_pairs,
+    without_acceleration,
 )
 from companion.recording.series import Recording
 
@@ -102,6 +103,26 @@ def test_a_pause_of_the_references_ends_what_they_led_to(recording: Recording) -
     assert np.isfinite(outputs).all()
 
 
+def accelerating(recording: Recording, share: float) -> Recording:
+    """The recording, the first `share` of whose references had an acceleration."""
+    sent = recording.references
+    acceleration = np.random.default_rng(0).normal(size=sent.position.shape)
+    acceleration[round(share * len(acceleration)) :] = np.nan
+    return replace(recording, references=replace(sent, acceleration=acceleration))
+
+
+def test_an_acceleration_joins_the_outputs_where_most_references_have_one(recording: Recording) -> None:
+    plain_inputs, plain_outputs = training_pairs(recording, PREVIEW, STEP_S)
+    most = accelerating(recording, 0.9)
+    inputs, outputs = training_pairs(most, PREVIEW, STEP_S)
+    count = round(0.9 * len(recording.references.time_s))
+    np.testing.assert_array_equal(inputs, plain_inputs[:count])
+    np.testing.assert_array_equal(outputs[:, :6], plain_outputs[:count])
+    np.testing.assert_array_equal(outputs[:, 6:], most.references.acceleration[:count])
+    for without in (accelerating(recording, 0.1), without_acceleration(most)):
+        np.testing.assert_array_equal(training_pairs(without, PREVIEW, STEP_S)[1], plain_outputs)
+
+
 @pytest.mark.parametrize("rows", [0, 1, 2, 100])
 def test_too_little_data_is_an_input_error(rows: int) -> None:
     whole = flight(5.0, seed=0)
@@ -123,13 +144,13 @@ def test_the_heading_of_a_flight_does_not_matter() -> None:
 
 
 def test_a_displaced_vehicle_is_brought_back_by_the_same_reference(recording: Recording) -> None:
-    inputs, outputs = training_pairs(recording, PREVIEW, STEP_S)
+    inputs, outputs = training_pairs(accelerating(recording, 1.0), PREVIEW, STEP_S)
     moved_inputs, moved_outputs = displaced(inputs, outputs, np.random.default_rng(0))
     beside = moved_inputs[:, 0:3] - np.repeat(inputs[:, 0:3], COPIES, axis=0)
     assert beside.std() == pytest.approx(DISPLACEMENT_M, rel=0.05)
     again = np.repeat(outputs, COPIES, axis=0)
     np.testing.assert_allclose(moved_outputs[:, 0:3] - beside, again[:, 0:3], atol=1e-12)
-    np.testing.assert_array_equal(moved_outputs[:, 3:6], again[:, 3:6])
+    np.testing.assert_array_equal(moved_outputs[:, 3:], again[:, 3:])
 
 
 def test_the_lag_is_found(recording: Recording) -> None:
@@ -193,7 +214,7 @@ def rms_error(network: InverseNetwork | None) -> float:
         u, u_velocity = desired[k], desired_velocity[k]
         if network is not None:
             x = state_vector(vehicle.position, vehicle.velocity, vehicle.attitude(0.0), vehicle.rates(0.0))
-            u, u_velocity = reference(x, network(inverse_inputs(x, ahead[k], ahead_velocity[k])))
+            u, u_velocity, _ = reference(x, network(inverse_inputs(x, ahead[k], ahead_velocity[k])))
         vehicle.step(u, u_velocity)
         errors.append(vehicle.position - desired[k + 1])
     return float(np.sqrt(np.mean(np.sum(np.square(errors), axis=1))))
