@@ -1,4 +1,4 @@
-"""What the learned models are shown: the state as they know it, and the desired motion one preview ahead."""
+"""What the learned models are shown: the vehicle's state or the trajectory's own, and the motion ahead."""
 
 from typing import Protocol
 
@@ -6,9 +6,13 @@ import numpy as np
 from jaxtyping import Float
 
 from companion.arrays import Array, Vec3
-from companion.learning.features import Preview, state_vector
+from companion.learning.features import Preview, state_vector, tilt
 from companion.state import VehicleState
 from companion.trajectory.trajectory import Sample
+
+_GRAVITY = np.array((0.0, 0.0, 9.80665))
+_TILT_STEP_S = 0.02
+"""Between the instants whose tilts make a rate: short beside the time that a multirotor takes to tilt."""
 
 
 class DesiredMotion(Protocol):
@@ -22,6 +26,27 @@ class DesiredMotion(Protocol):
 def state_of(state: VehicleState) -> Float[Array, "12"]:
     """x(k) of the paper (`features.state_vector`)."""
     return state_vector(state.position, state.velocity, state.attitude, state.rates)
+
+
+def flat_state(trajectory: DesiredMotion, time_s: float) -> Float[Array, "12"]:
+    """x(k) of a multirotor that is exactly on the trajectory, without drag and wind, at yaw zero.
+
+    Position and velocity are the trajectory's; thrust along g − a gives the tilt (differential flatness:
+    Mellinger and Kumar, "Minimum snap trajectory generation and control for quadrotors", ICRA 2011, section
+    III), and the tilt's change the rates, exactly when level.
+    """
+    desired = trajectory.at(time_s)
+    before, after = (_flat_tilt(trajectory, time_s + side * 0.5 * _TILT_STEP_S) for side in (-1.0, 1.0))
+    x = np.zeros(12)
+    x[0:3], x[3:6] = desired.position, desired.velocity
+    x[6:8] = _flat_tilt(trajectory, time_s)
+    x[9:11] = (after - before) / _TILT_STEP_S
+    return x
+
+
+def _flat_tilt(trajectory: DesiredMotion, time_s: float) -> Float[Array, "2"]:
+    """Roll and pitch (rad) of a multirotor on the trajectory."""
+    return tilt(_GRAVITY - trajectory.at(time_s).acceleration)
 
 
 def desired_ahead(trajectory: DesiredMotion, time_s: float, preview: Preview) -> tuple[Vec3, Vec3]:
