@@ -11,7 +11,7 @@ from companion.cli import options
 from companion.cli.flying import Placed, Request, conduct, provenance, show, vehicle_name
 from companion.flight.flight import FlightPlan
 from companion.flight.guard import Fence, GuardLimits
-from companion.flight.strategies import Strategy
+from companion.flight.strategies import Strategy, reference_law
 from companion.link import parse_address
 from companion.trajectory import Limits, Trajectory, training_sinusoids
 from companion.trajectory.training import LIMITS
@@ -24,6 +24,13 @@ def collect(
         tuple[float, float, float],
         typer.Option(help="Sides of the box to fly in: north, east, up (m); its floor is 1.5 m up."),
     ] = (5.0, 5.0, 3.0),
+    preset: Annotated[
+        options.Preset,
+        typer.Option(
+            help="Whose network is to learn from it: ours, from a reference with acceleration "
+            "(default, estimated), or the paper's, from one without (paper)."
+        ),
+    ] = options.Preset.DEFAULT,
     duration: Annotated[float, typer.Option(help="Length of the training trajectory (s).")] = 400.0,
     name: options.VehicleName = None,
     seed: options.Seed = 0,
@@ -43,12 +50,18 @@ def collect(
     address = parse_address(connect)
     guard_limits = options.guard_limits(guard) or GuardLimits()
     trajectory_within = partial(_training, duration, box, seed, guard_limits.fence)
-    plan = FlightPlan(trajectory_within(LIMITS), limits=guard_limits, after=options.after(None, land=land))
-    about = provenance(address, name or vehicle_name(address), plan.trajectory.name, Strategy.BASELINE)
+    strategy = Strategy.BASELINE if preset is options.Preset.PAPER else Strategy.FEEDFORWARD
+    plan = FlightPlan(
+        trajectory_within(LIMITS),
+        law=reference_law(strategy),
+        limits=guard_limits,
+        after=options.after(None, land=land),
+    )
+    about = provenance(address, name or vehicle_name(address), plan.trajectory.name, strategy)
     key = options.signing_key(signing_key)
     request = Request(address, system_id, LIMITS, Placed(plan, trajectory_within), about, key, forward or ())
     conduct(request, options.writable(output), console)
-    show(console, f"next: companion train {output} --output MODEL.safetensors")
+    show(console, f"next: companion train {output} --preset {preset} --output MODEL.safetensors")
 
 
 def _training(

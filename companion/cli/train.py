@@ -13,6 +13,7 @@ from companion.learning.features import Preview
 from companion.learning.model_file import save_model
 from companion.learning.online_settings import PAPER
 from companion.learning.training import PREVIEW, SAMPLE_TIME_S, train_inverse_network
+from companion.learning.training_data import without_acceleration
 from companion.recording import Recording, read_recording
 
 
@@ -45,6 +46,8 @@ def train(
     else:
         usual_preview, sample_time_s = PREVIEW, SAMPLE_TIME_S
     recording = _named(read_recording(dataset, system_id=system_id), name)
+    if preset is options.Preset.PAPER:
+        recording = without_acceleration(recording)
     options.writable(output)
     with console.status("preparing the samples") as status:
         network = train_inverse_network(

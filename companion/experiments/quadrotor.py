@@ -24,7 +24,7 @@ from companion.experiments.lookahead import measured_lookahead_s
 from companion.experiments.results import BASELINE, Cell
 from companion.experiments.simulated_flights import Failed, Result, prepare_simulator
 from companion.flight.strategies import Strategy
-from companion.learning.online_settings import DEFAULT, OnlineSettings
+from companion.learning.online_settings import DEFAULT, PAPER, OnlineSettings
 from companion.trajectory.trajectory import Trajectory
 
 SUMMARY_KEYS = (*(str(strategy) for strategy in Strategy), TARGET_OWN, SOURCE_OWN)
@@ -89,9 +89,10 @@ def _own_model(target: str, online: OnlineSettings) -> tuple[Model | None, list[
     try:
         return find_model(name, online), []
     except InputError as error:
+        preset = " --preset paper" if online == PAPER else ""
         how = (
-            f"make one by `companion collect --connect sitl://{target} --output {name}.mcap` and "
-            f"`companion train {name}.mcap --output config/models/{name}.safetensors`"
+            f"make one by `companion collect{preset} --connect sitl://{target} --output {name}.mcap` and "
+            f"`companion train{preset} {name}.mcap --output config/models/{name}.safetensors`"
         )
         return None, [f"{TARGET_OWN} was not flown: {error}; {how}"]
 
