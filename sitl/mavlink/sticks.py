@@ -30,9 +30,15 @@ def rc_channels(state: Report) -> Message:
     return mavlink.MAVLink_rc_channels_message(*fields)
 
 
+def _is_pilot(session: "Session", message: Message) -> bool:
+    """ArduPilot lets nobody but SYSID_MYGCS move its sticks."""
+    sender = message.get_srcSystem()
+    return bool(getattr(session.firmware.parameters, "SYSID_MYGCS", sender) == sender)
+
+
 def on_manual_control(session: "Session", message: mavlink.MAVLink_manual_control_message) -> None:
     """Forward (x), right (y), clockwise (r) from -1000 to 1000; up (z) from 0 to 1000, 500 in the middle."""
-    if message.target != session.system_id:
+    if message.target != session.system_id or not _is_pilot(session, message):
         return
     climb = 2.0 * message.z / _FULL - 1.0
     pitch, roll, yaw = message.x / _FULL, message.y / _FULL, message.r / _FULL
@@ -41,7 +47,8 @@ def on_manual_control(session: "Session", message: mavlink.MAVLink_manual_contro
 
 def on_channels_override(session: "Session", message: mavlink.MAVLink_rc_channels_override_message) -> None:
     """Pulses (µs) of roll, pitch, throttle and yaw; a channel that is not overridden is in its middle."""
-    if not session.accepts(message.target_system, message.target_component):
+    is_ours = session.accepts(message.target_system, message.target_component)
+    if not is_ours or not _is_pilot(session, message):
         return
     pulses = (message.chan1_raw, message.chan2_raw, message.chan3_raw, message.chan4_raw)
     roll, back, climb, yaw = (

@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from mavlink_fakes import BEBOP2, answers, fake_vehicle
+from mavlink_fakes import BEBOP2, PEER_SYSTEM, answers, fake_vehicle
 from pymavlink.dialects.v20 import common as mavlink
 from sitl_flights import in_hover, stream, texts
 
@@ -56,6 +56,15 @@ def test_sticks_come_as_manual_control_or_as_pulses() -> None:
     pulses = mavlink.MAVLink_rc_channels_override_message(1, 1, 1375, 1250, 1750, 2000, 0, 0, 0, 0)
     answers(vehicle, manual, pulses)
     assert firmware.calls == [("move_sticks", Sticks(-0.25, 0.5, 0.5, 1.0))] * 2
+
+
+@pytest.mark.parametrize(("own", "moves"), [(PEER_SYSTEM, True), (255, False)])
+def test_only_its_own_ground_station_moves_the_sticks_of_ardupilot(own: int, moves: bool) -> None:
+    flying, firmware = fake_vehicle(vehicle=ARDUCOPTER)
+    firmware.set_parameter("SYSID_MYGCS", own)
+    answers(flying, mavlink.MAVLink_manual_control_message(1, 500, 0, 500, 0, 0))
+    answers(flying, mavlink.MAVLink_rc_channels_override_message(1, 1, 1600, *[0] * 7))
+    assert len(firmware.calls) == 2 * moves
 
 
 def test_released_channels_and_other_vehicles_are_left_alone() -> None:
