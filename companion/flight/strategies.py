@@ -7,15 +7,20 @@
 | `lookahead`   | position and velocity, a constant time early          | none              |
 | `dnn`         | inverse network of a source vehicle                   | none              |
 | `gp`          | position, velocity and acceleration                   | online correction |
-| `dnn+gp`      | the same, or part of the way to it from `gp`'s        | online correction |
+| `dnn+gp`      | part of the way from `gp`'s to what the network says  | online correction |
+|               | of the trajectory itself; or the paper's: as `dnn`    |                   |
 """
 
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol
 
+import numpy as np
+from jaxtyping import Float
+
+from companion.arrays import Array
 from companion.errors import InputError
-from companion.flight.preview import desired_ahead, state_of
+from companion.flight.preview import desired_ahead, flat_state, state_of
 from companion.flight.reference import Reference
 from companion.learning.features import inverse_inputs, reference
 from companion.learning.inverse_network import InverseNetwork
@@ -80,33 +85,56 @@ class Lookahead:
 
 @dataclass(frozen=True, slots=True)
 class InverseDynamics:
-    """u1 of the paper: the source vehicle's inverse network, asked for what the trajectory needs next."""
+    """u1 of the paper: what brings the source vehicle, from the state it is in, onto the trajectory."""
 
     network: InverseNetwork
 
     def __call__(self, trajectory: Trajectory, time_s: float, state: VehicleState) -> Reference:
-        """The reference that would bring the source vehicle onto the trajectory (Eqn. dnnMapping)."""
-        x = state_of(state)
-        outputs = self.network(
-            inverse_inputs(x, *desired_ahead(trajectory, time_s, self.network.card.preview))
-        )
-        return Reference(*reference(x, outputs))
+        """The reference for the vehicle's estimated state (Eqn. dnnMapping)."""
+        return _inverted(self.network, state_of(state), trajectory, time_s)
+
+
+@dataclass(frozen=True, slots=True)
+class InverseFeedforward:
+    """u1 that keeps the source vehicle on the trajectory: its inverse network, fed with no estimate.
+
+    What is fed back through another vehicle's inverse may swing, and an estimate that wanders is none that
+    the network learned from; an error is left to the autopilot and to the online correction.
+    """
+
+    network: InverseNetwork
+
+    def __call__(self, trajectory: Trajectory, time_s: float, state: VehicleState) -> Reference:
+        """The reference for a vehicle that is where the trajectory is."""
+        return _inverted(self.network, flat_state(trajectory, time_s), trajectory, time_s)
+
+
+def _inverted(
+    network: InverseNetwork, x: Float[Array, "12"], trajectory: Trajectory, time_s: float
+) -> Reference:
+    """What the network answers in the state `x` to what the trajectory needs next."""
+    inputs = inverse_inputs(x, *desired_ahead(trajectory, time_s, network.card.preview))
+    return Reference(*reference(x, network(inputs)))
 
 
 @dataclass(frozen=True, slots=True)
 class Tempered:
-    """Between what is plain and what a law makes of it: only `share` of the way (0 to 1) to the law's."""
+    """Between what a plain law and another make of a trajectory: `share` of the way (0 to 1) to the other."""
 
     law: ReferenceLaw
+    plain: ReferenceLaw
     share: float
 
     def __call__(self, trajectory: Trajectory, time_s: float, state: VehicleState) -> Reference:
-        """The mean of both references, so weighted; acceleration is fed forward as far as it is plain."""
-        plain, other = trajectory.at(time_s), self.law(trajectory, time_s, state)
+        """The mean of both references, so weighted; an acceleration that only one has is taken in part."""
+        plain, other = self.plain(trajectory, time_s, state), self.law(trajectory, time_s, state)
+        from_a, to_a = (
+            np.zeros(3) if each.acceleration is None else each.acceleration for each in (plain, other)
+        )
         return Reference(
             plain.position + self.share * (other.position - plain.position),
             plain.velocity + self.share * (other.velocity - plain.velocity),
-            (1.0 - self.share) * plain.acceleration,
+            from_a + self.share * (to_a - from_a),
         )
 
 
@@ -117,7 +145,9 @@ def reference_law(
     lookahead_s: float | None = None,
     network_share: float = 1.0,
 ) -> ReferenceLaw:
-    """How `strategy` makes u1; `network_share` is how far `dnn+gp` follows the network (`Tempered`).
+    """How `strategy` makes u1; `network_share` is how far `dnn+gp` follows the network.
+
+    All the way is the paper's: its law is that of `dnn`.
 
     Raises:
         InputError: it needs a network or a lookahead time that was not given.
@@ -134,6 +164,6 @@ def reference_law(
         case Strategy.DNN | Strategy.DNN_GP:
             if network is None:
                 raise InputError(f"strategy {strategy} needs a network: give --model")
-            inverse = InverseDynamics(network)
-            tempered = strategy is Strategy.DNN_GP and network_share < 1.0
-            return Tempered(inverse, network_share) if tempered else inverse
+            if strategy is Strategy.DNN or network_share == 1.0:
+                return InverseDynamics(network)
+            return Tempered(InverseFeedforward(network), position_velocity_acceleration, network_share)

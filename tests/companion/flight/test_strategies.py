@@ -1,11 +1,24 @@
 """How the strategies make u1."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
+from companion.arrays import Vec3
 from companion.flight.approach import rest_to_rest
 from companion.flight.reference import Reference
-from companion.flight.strategies import Tempered, position_velocity_acceleration
+from companion.flight.strategies import (
+    InverseDynamics,
+    InverseFeedforward,
+    Tempered,
+    position_velocity_acceleration,
+)
+from companion.learning.features import ACCELERATING_OUTPUTS, INVERSE_INPUTS, INVERSE_OUTPUTS, Preview
+from companion.learning.inverse_network import InverseNetwork, Layer, ModelCard, Scaling
 from companion.state import VehicleState
 from companion.trajectory.trajectory import Trajectory
 
@@ -22,7 +35,7 @@ def beside(trajectory: Trajectory, time_s: float, state: VehicleState) -> Refere
 @pytest.mark.parametrize("share", [0.25, 0.5, 1.0])
 def test_tempered_goes_only_a_share_of_the_way(share: float) -> None:
     desired = LINE.at(0.7)
-    tempered = Tempered(beside, share)(LINE, 0.7, STATE)
+    tempered = Tempered(beside, position_velocity_acceleration, share)(LINE, 0.7, STATE)
     np.testing.assert_allclose(tempered.position, desired.position + share * OFFSET)
     np.testing.assert_allclose(tempered.velocity, desired.velocity + share * EXTRA)
     assert tempered.acceleration is not None
@@ -30,9 +43,65 @@ def test_tempered_goes_only_a_share_of_the_way(share: float) -> None:
 
 
 def test_without_a_share_it_is_plain() -> None:
-    tempered = Tempered(beside, 0.0)(LINE, 0.7, STATE)
+    tempered = Tempered(beside, position_velocity_acceleration, 0.0)(LINE, 0.7, STATE)
     plain = position_velocity_acceleration(LINE, 0.7, STATE)
     np.testing.assert_allclose(tempered.position, plain.position)
     assert tempered.acceleration is not None
     assert plain.acceleration is not None
     np.testing.assert_allclose(tempered.acceleration, plain.acceleration)
+
+
+def linear_network(outputs: tuple[str, ...]) -> InverseNetwork:
+    """Each output is the input of its place: position and velocity ahead, and of the attitude the tilt."""
+    card = ModelCard(
+        inputs=INVERSE_INPUTS,
+        outputs=outputs,
+        preview=Preview.of_time(0.2),
+        sample_time_s=0.02,
+        vehicle="linear",
+        data_sha256="0" * 64,
+        data_seconds=400.0,
+        seed=0,
+        held_out_rms=(0.01,) * len(outputs),
+        lookahead_s=0.2,
+        software="0.1.0",
+    )
+    layer = Layer(np.eye(12, len(outputs), dtype=np.float32), np.zeros(len(outputs), np.float32))
+    unscaled = (Scaling(np.zeros(n, np.float32), np.ones(n, np.float32)) for n in (12, len(outputs)))
+    return InverseNetwork(card, (layer,), *unscaled)
+
+
+PLAIN_NETWORK, ACCELERATING_NETWORK = map(linear_network, (INVERSE_OUTPUTS, ACCELERATING_OUTPUTS))
+vectors = arrays(float, 3, elements=st.floats(-1.0, 1.0))
+
+
+@given(vectors, vectors, vectors, vectors)
+def test_the_inverse_as_feedforward_does_not_hear_the_estimate(
+    position: Vec3, velocity: Vec3, attitude: Vec3, rates: Vec3
+) -> None:
+    law = InverseFeedforward(ACCELERATING_NETWORK)
+    elsewhere = law(LINE, 0.7, VehicleState(0.0, 0.0, position, velocity, attitude, rates))
+    there = law(LINE, 0.7, STATE)
+    assert there.acceleration is not None
+    assert elsewhere.acceleration is not None
+    np.testing.assert_array_equal(elsewhere.position, there.position)
+    np.testing.assert_array_equal(elsewhere.velocity, there.velocity)
+    np.testing.assert_array_equal(elsewhere.acceleration, there.acceleration)
+    np.testing.assert_allclose(there.position, LINE.at(0.9).position, atol=1e-6)
+    np.testing.assert_allclose(there.velocity, LINE.at(0.9).velocity, atol=1e-6)
+
+
+def test_the_papers_inverse_hears_it() -> None:
+    tilted = replace(STATE, attitude=np.array((0.2, -0.1, 0.0)))
+    acceleration = InverseDynamics(ACCELERATING_NETWORK)(LINE, 0.7, tilted).acceleration
+    assert acceleration is not None
+    np.testing.assert_allclose(acceleration, (0.2, -0.1, 0.0), atol=1e-6)
+
+
+def test_an_acceleration_that_the_network_does_not_give_counts_as_none() -> None:
+    desired = LINE.at(0.7)
+    law = InverseFeedforward(PLAIN_NETWORK)
+    assert law(LINE, 0.7, STATE).acceleration is None
+    tempered = Tempered(law, position_velocity_acceleration, 0.3)(LINE, 0.7, STATE)
+    assert tempered.acceleration is not None
+    np.testing.assert_allclose(tempered.acceleration, 0.7 * desired.acceleration)
