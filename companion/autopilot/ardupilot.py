@@ -5,6 +5,7 @@ from companion.arrays import Vec3
 from companion.autopilot import steps
 from companion.autopilot.flight_modes import HOLD_ATTEMPTS, FlightModes
 from companion.autopilot.interface import MotionLimits
+from companion.autopilot.position_loop import PositionLoop, read_position_loop
 from companion.autopilot.setpoint import position_target
 from companion.errors import NoReplyError, RefusedError
 from companion.link.command import command, request_message
@@ -46,6 +47,15 @@ _MOTION_LIMITS = (
 )
 """Parameters of what GUIDED keeps to, in the order of `MotionLimits`, and their unit (SI)."""
 
+_LOOP_GAINS = (
+    ("PSC_POSXY_P", "PSC_POSZ_P", "PSC_VELXY_P", "PSC_VELZ_P"),
+    ("PSC_NE_POS_P", "PSC_D_POS_P", "PSC_NE_VEL_P", "PSC_D_VEL_P"),  # names from version 4.7 on
+)
+_USUAL_LOOP_GAINS = (1.0, 1.0, 2.0, 5.0)
+_SHAPED = 1.6
+"""GUIDED smooths what it is sent within limits of jerk, which leaves less room for corrections than the gains
+say: the simulated vehicle begins to swing at a stiffness that PX4 still bears (docs/decisions.md)."""
+
 
 def mode_name(custom_mode: int) -> str:
     """The name of the flight mode in HEARTBEAT.custom_mode."""
@@ -84,6 +94,11 @@ class ArduPilot:
         raise NoReplyError(
             f"the vehicle answered for none of {', '.join(names[0] for names, _ in _MOTION_LIMITS)}"
         )
+
+    async def position_loop(self) -> PositionLoop:
+        """PSC_POSXY_P and PSC_POSZ_P over PSC_VELXY_P and PSC_VELZ_P, as felt behind GUIDED's shaping."""
+        loop = await read_position_loop(self._connection, _LOOP_GAINS, _USUAL_LOOP_GAINS)
+        return PositionLoop(_SHAPED * loop.stiffness_1_s2, _SHAPED * loop.damping_1_s)
 
     async def setpoint_timeout_s(self) -> float:
         """GUID_TIMEOUT: after it the vehicle stops where it is, and stays in GUIDED."""

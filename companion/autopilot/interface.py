@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from companion.arrays import Vec3
+from companion.autopilot.position_loop import PositionLoop
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +49,10 @@ class Autopilot(Protocol):
 
     async def motion_limits(self) -> MotionLimits:
         """What it keeps the vehicle to."""
+        ...
+
+    async def position_loop(self) -> PositionLoop:
+        """How strongly it answers to setpoints, as its parameters have it; its usual one if it tells none."""
         ...
 
     async def setpoint_timeout_s(self) -> float:

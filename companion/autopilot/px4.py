@@ -8,6 +8,7 @@ from companion.arrays import Vec3
 from companion.autopilot import steps
 from companion.autopilot.flight_modes import HOLD_ATTEMPTS, FlightModes
 from companion.autopilot.interface import MotionLimits
+from companion.autopilot.position_loop import PositionLoop, read_position_loop
 from companion.autopilot.setpoint import position_target
 from companion.errors import RefusedError
 from companion.link.command import command, request_message
@@ -21,6 +22,9 @@ _STREAM_FIRST_S = 0.2  # for the stream's first setpoints to arrive: PX4 refuses
 _ENGAGE_ATTEMPTS = 3
 _LOSS_TIMEOUT_S = 1.0
 _NAN = math.nan
+
+_LOOP_GAINS = ("MPC_XY_P", "MPC_Z_P", "MPC_XY_VEL_P_ACC", "MPC_Z_VEL_P_ACC")
+_USUAL_LOOP_GAINS = (0.95, 1.0, 1.8, 4.0)
 
 
 def _custom_mode(main: int, sub: int) -> int:
@@ -77,6 +81,10 @@ class Px4:
             up_m_s=await read_parameter(self._connection, "MPC_Z_VEL_MAX_UP"),
             down_m_s=await read_parameter(self._connection, "MPC_Z_VEL_MAX_DN"),
         )
+
+    async def position_loop(self) -> PositionLoop:
+        """MPC_XY_P and MPC_Z_P over MPC_XY_VEL_P_ACC and MPC_Z_VEL_P_ACC."""
+        return await read_position_loop(self._connection, (_LOOP_GAINS,), _USUAL_LOOP_GAINS)
 
     async def setpoint_timeout_s(self) -> float:
         """COM_OF_LOSS_T: then it does COM_OBL_RC_ACT, and goes back to OFFBOARD at the next setpoint."""

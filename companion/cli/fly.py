@@ -21,6 +21,7 @@ from companion.flight.heading import YawMode
 from companion.flight.online_correction import OnlineCorrection
 from companion.flight.strategies import ReferenceLaw, Strategy, reference_law
 from companion.learning.inverse_network import InverseNetwork
+from companion.learning.online_settings import OnlineSettings
 from companion.link import parse_address
 from companion.link.address import Address
 from companion.mission.files import read_plan
@@ -101,7 +102,7 @@ def fly(
     """
     console = Console()
     limits, guard_limits = options.limits(speed), options.guard_limits(guard)
-    strategy, law = _technique(strategy, options.network(model), lookahead, preset.settings.network_share)
+    strategy, law = _technique(strategy, options.network(model), lookahead, preset.settings)
     flight = partial(
         FlightPlan,
         law=law,
@@ -174,7 +175,7 @@ def _technique(
     strategy: Strategy | None,
     network: InverseNetwork | None,
     lookahead_s: float | None,
-    network_share: float,
+    online: OnlineSettings,
 ) -> tuple[Strategy, ReferenceLaw]:
     """The strategy that is meant, and how it makes u1; InputError where the options contradict."""
     if strategy is None:
@@ -185,7 +186,7 @@ def _technique(
         raise InputError(f"--lookahead belongs to strategy lookahead, not to {strategy}")
     if lookahead_s is None and network is not None:
         lookahead_s = network.card.lookahead_s
-    law = reference_law(strategy, network=network, lookahead_s=lookahead_s, network_share=network_share)
+    law = reference_law(strategy, network=network, lookahead_s=lookahead_s, online=online)
     return strategy, law
 
 

@@ -66,7 +66,7 @@ class Scenario:
                 self.strategy,
                 network=self.network,
                 lookahead_s=self.lookahead_s,
-                network_share=self.online.network_share,
+                online=self.online,
             ),
             OnlineCorrection(self.online) if self.strategy.learns_online else None,
             period_s=self.strategy.period_s(self.online),

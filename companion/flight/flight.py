@@ -189,6 +189,8 @@ class _Flight:
     async def run(self) -> _Tracked:
         """From wherever the vehicle is to the end of the trajectory, and into a hold."""
         timeout_s = await self.autopilot.setpoint_timeout_s()
+        if self.plan.correction is not None:
+            self.plan.correction.loop = await self.autopilot.position_loop()
         home = await self._into_the_air()
         state = await self.telemetry.next_state()
         stream = SetpointStream(

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from companion.arrays import Array, Vec3
+from companion.autopilot.position_loop import PositionLoop, loop_of
 from companion.flight.guard import limit_length
 from companion.flight.preview import DesiredMotion, desired_ahead, state_of
 from companion.flight.reference import Correction, Reference
@@ -24,6 +25,7 @@ _LONGEST_GAP_S = 0.2
 """Between two states further apart than this, nothing is interpolated."""
 _RECENT_S = 0.1
 """Over so long the vehicle's acceleration and drift are averaged: the estimator's steps are shorter."""
+_USUAL_LOOP = loop_of((0.95, 1.0, 1.8, 4.0))
 _UNKNOWN = np.full(6, np.nan)
 _DRIFT_WEIGHT = 2.0
 """An estimate that moves beside its own velocity says that this velocity is wrong. The model is told so, and
@@ -46,10 +48,16 @@ class OnlineStep:
 
 
 class OnlineCorrection:
-    """u2 = α e_p (paper, Eqn. adaptationForm) from a model of the last seconds of flight (Remark 1)."""
+    """u2 = α e_p (paper, Eqn. adaptationForm) from a model of the last seconds of flight (Remark 1).
 
-    def __init__(self, settings: OnlineSettings) -> None:
+    Attributes:
+        settings: all that it needs to be told.
+        loop: the autopilot's own; PX4's by default, until a flight has asked for it.
+    """
+
+    def __init__(self, settings: OnlineSettings, loop: PositionLoop = _USUAL_LOOP) -> None:
         self.settings = settings
+        self.loop = loop
         self._model = online_model(settings)
         self._confidence = Confidence(settings.caution, settings.memory)
         self._velocity_confidence = Confidence(settings.velocity_caution, settings.memory)
@@ -77,7 +85,9 @@ class OnlineCorrection:
             return OnlineStep(Correction(), predicted, np.zeros(3))
         self._confidence.expect(predicted.error)
         self._velocity_confidence.expect(predicted.velocity_error)
-        alpha = self._confidence.share * adaptation_gain(self.settings.gain, predicted.gradient)
+        alpha = self._confidence.share * adaptation_gain(
+            self.settings.gain, predicted.gradient, self.loop.stiffness_1_s2
+        )
         u2 = limit_length(alpha * predicted.error, self.settings.longest_m)
         velocity = self._velocity_correction(u2, predicted)
         self._previous_u2 = u2
@@ -106,7 +116,7 @@ class OnlineCorrection:
             case "finite_difference":
                 return velocity_correction(u2, self._previous_u2, self.settings.sample_time_s)
             case "predicted":
-                gain = self._velocity_confidence.share * self.settings.velocity_gain
+                gain = self._velocity_confidence.share * self.settings.damping_1_s / self.loop.damping_1_s
                 return gain * predicted.velocity_error
             case "uncorrected":
                 return np.zeros(3)

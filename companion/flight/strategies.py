@@ -6,7 +6,7 @@
 | `feedforward` | position, velocity and acceleration                   | none              |
 | `lookahead`   | position and velocity, a constant time early          | none              |
 | `dnn`         | inverse network of a source vehicle                   | none              |
-| `gp`          | position, velocity and acceleration                   | online correction |
+| `gp`          | the same as `feedforward`, its parts somewhat early    | online correction |
 | `dnn+gp`      | part of the way from `gp`'s to what the network says  | online correction |
 |               | of the trajectory itself; or the paper's: as `dnn`    |                   |
 """
@@ -24,7 +24,7 @@ from companion.flight.preview import desired_ahead, flat_state, state_of
 from companion.flight.reference import Reference
 from companion.learning.features import inverse_inputs, reference
 from companion.learning.inverse_network import InverseNetwork
-from companion.learning.online_settings import OnlineSettings
+from companion.learning.online_settings import DEFAULT, OnlineSettings, ReferenceLead
 from companion.state import VehicleState
 from companion.trajectory.trajectory import Trajectory
 
@@ -118,6 +118,21 @@ def _inverted(
 
 
 @dataclass(frozen=True, slots=True)
+class Early:
+    """Feed-forward whose parts are sent early, each by what the vehicle needs to obey it."""
+
+    lead: ReferenceLead
+
+    def __call__(self, trajectory: Trajectory, time_s: float, state: VehicleState) -> Reference:
+        """Position, velocity and acceleration of the trajectory, each its lead from now."""
+        return Reference(
+            trajectory.at(time_s + self.lead.position_s).position,
+            trajectory.at(time_s + self.lead.velocity_s).velocity,
+            trajectory.at(time_s + self.lead.acceleration_s).acceleration,
+        )
+
+
+@dataclass(frozen=True, slots=True)
 class Tempered:
     """Between what a plain law and another make of a trajectory: `share` of the way (0 to 1) to the other."""
 
@@ -143,11 +158,9 @@ def reference_law(
     *,
     network: InverseNetwork | None = None,
     lookahead_s: float | None = None,
-    network_share: float = 1.0,
+    online: OnlineSettings = DEFAULT,
 ) -> ReferenceLaw:
-    """How `strategy` makes u1; `network_share` is how far `dnn+gp` follows the network.
-
-    All the way is the paper's: its law is that of `dnn`.
+    """How `strategy` makes u1, with the lead and the network's share of the `online` settings.
 
     Raises:
         InputError: it needs a network or a lookahead time that was not given.
@@ -155,8 +168,10 @@ def reference_law(
     match strategy:
         case Strategy.BASELINE:
             return position_velocity
-        case Strategy.FEEDFORWARD | Strategy.GP:
+        case Strategy.FEEDFORWARD:
             return position_velocity_acceleration
+        case Strategy.GP:
+            return Early(online.lead)
         case Strategy.LOOKAHEAD:
             if lookahead_s is None:
                 raise InputError("strategy lookahead needs a time: give --lookahead SECONDS, or a --model")
@@ -164,6 +179,6 @@ def reference_law(
         case Strategy.DNN | Strategy.DNN_GP:
             if network is None:
                 raise InputError(f"strategy {strategy} needs a network: give --model")
-            if strategy is Strategy.DNN or network_share == 1.0:
+            if strategy is Strategy.DNN or online.network_share == 1.0:
                 return InverseDynamics(network)
-            return Tempered(InverseFeedforward(network), position_velocity_acceleration, network_share)
+            return Tempered(InverseFeedforward(network), Early(online.lead), online.network_share)

@@ -30,16 +30,42 @@ class EstimatedGain(BaseModel):
     most: PositiveFloat = 4.0
 
 
-Gain: TypeAlias = Annotated[ConstantGain | EstimatedGain, Field(discriminator="kind")]
+class StiffnessGain(BaseModel):
+    """α with which u2 pulls alike on every vehicle: what is wanted over what its own position loop does.
+
+    The autopilot turns u2 into an acceleration by its own stiffness, which differs between vehicles by a
+    factor of four; a gain that serves one makes another swing.
+
+    Attributes:
+        stiffness_1_s2: acceleration that a predicted position error is to call for (1/s²).
+        most: whatever the autopilot's stiffness.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    kind: Literal["stiffness"] = "stiffness"
+    stiffness_1_s2: PositiveFloat
+    most: PositiveFloat = 20.0
 
 
-def adaptation_gain(gain: Gain, error_gradient: Float[Array, "3 3"]) -> Vec3:
-    """α of each axis, from the error's gradient ∂F/∂u1 if it is to be estimated."""
+Gain: TypeAlias = Annotated[ConstantGain | EstimatedGain | StiffnessGain, Field(discriminator="kind")]
+
+
+def adaptation_gain(gain: Gain, error_gradient: Float[Array, "3 3"], stiffness_1_s2: Vec3) -> Vec3:
+    """α of each axis.
+
+    Args:
+        gain: how it is found.
+        error_gradient: ∂F/∂u1, if it is to be estimated.
+        stiffness_1_s2: of the vehicle's own position loop (1/s²).
+    """
     match gain:
         case ConstantGain(alpha=alpha):
             return np.array(alpha)
         case EstimatedGain(least=least, most=most):
             return estimated_gain(np.diag(error_gradient), least, most)
+        case StiffnessGain(stiffness_1_s2=wanted, most=most):
+            return np.minimum(wanted / stiffness_1_s2, most)
 
 
 def estimated_gain(error_gradient: Vec3, least: float, most: float) -> Vec3:

@@ -4,11 +4,24 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, NonNegativeFloat, PositiveFloat, model_validator
 
-from companion.learning.correction import ConstantGain, EstimatedGain, Gain, GainValue
+from companion.learning.correction import ConstantGain, EstimatedGain, Gain, StiffnessGain
 from companion.learning.error_prediction import FormName
 from companion.learning.features import Preview
 from companion.learning.gaussian_process import Kernel
 from companion.learning.motion_model import LinearKernel
+
+
+class ReferenceLead(BaseModel):
+    """How much early each part of a reference is sent (s).
+
+    Setpoints take their time, and a multirotor must tilt before it accelerates.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    position_s: NonNegativeFloat = 0.0
+    velocity_s: NonNegativeFloat = 0.0
+    acceleration_s: NonNegativeFloat = 0.0
 
 
 class OnlineSettings(BaseModel):
@@ -24,8 +37,9 @@ class OnlineSettings(BaseModel):
         longest_m: u2 is scaled down to this length (m): an error that takes more shows a vehicle at its
             limits, and the correction would only drive it against them.
         velocity: how the reference velocity is corrected: by the finite difference of u2, by the predicted
-            velocity error times `velocity_gain`, or not at all.
-        velocity_gain: see there.
+            velocity error so that it calls for `damping_1_s`, or not at all.
+        damping_1_s: acceleration for a predicted velocity error (1/s).
+        lead: how much early the reference is sent on which the correction rests.
         caution: how much an innovation counts against a predicted error (`correction.Confidence`); 0: not.
         velocity_caution: the same of the velocity, where the estimate's drift counts as innovation too.
         memory: steps over which that is judged.
@@ -42,7 +56,8 @@ class OnlineSettings(BaseModel):
     gain: Gain
     longest_m: PositiveFloat = 1.0
     velocity: Literal["finite_difference", "predicted", "uncorrected"]
-    velocity_gain: GainValue = 0.0
+    damping_1_s: NonNegativeFloat = 0.0
+    lead: ReferenceLead = ReferenceLead()
     caution: NonNegativeFloat = 0.0
     velocity_caution: NonNegativeFloat = 0.0
     memory: Annotated[int, Field(ge=1, le=100_000)] = 100
@@ -74,10 +89,11 @@ DEFAULT = OnlineSettings(
     window=500,
     kernel=LinearKernel(prior_variance=1.0, noise_variance=0.02),
     form="motion",
-    gain=ConstantGain(alpha=(5.0, 5.0, 5.0)),
+    gain=StiffnessGain(stiffness_1_s2=24.0),
     longest_m=0.7,
     velocity="predicted",
-    velocity_gain=3.0,
+    damping_1_s=10.0,
+    lead=ReferenceLead(position_s=0.03, velocity_s=0.06, acceleration_s=0.15),
     velocity_caution=5.0,
     network_share=0.3,
 )

@@ -9,6 +9,7 @@ from companion.learning.correction import (
     Confidence,
     ConstantGain,
     EstimatedGain,
+    StiffnessGain,
     adaptation_gain,
     estimated_gain,
     velocity_correction,
@@ -36,11 +37,13 @@ def test_a_gradient_of_the_wrong_sign_or_none_is_answered_cautiously() -> None:
 
 
 def test_the_kind_of_gain_decides() -> None:
-    gradient = np.diag([-0.5, -0.5, -0.5])
-    np.testing.assert_array_equal(
-        adaptation_gain(ConstantGain(alpha=(5.0, 5.0, 0.5)), gradient), [5.0, 5.0, 0.5]
-    )
-    np.testing.assert_allclose(adaptation_gain(EstimatedGain(), gradient), [2.0, 2.0, 2.0], rtol=0.1)
+    gradient, stiffness = np.diag([-0.5, -0.5, -0.5]), np.array([2.0, 4.0, 0.1])
+    constant = adaptation_gain(ConstantGain(alpha=(5.0, 5.0, 0.5)), gradient, stiffness)
+    np.testing.assert_array_equal(constant, [5.0, 5.0, 0.5])
+    estimated = adaptation_gain(EstimatedGain(), gradient, stiffness)
+    np.testing.assert_allclose(estimated, [2.0, 2.0, 2.0], rtol=0.1)
+    pulling_alike = adaptation_gain(StiffnessGain(stiffness_1_s2=20.0, most=15.0), gradient, stiffness)
+    np.testing.assert_allclose(pulling_alike, [10.0, 5.0, 15.0])
 
 
 def test_confidence_is_nothing_at_first_and_full_where_predictions_come_true() -> None:
