@@ -34,7 +34,7 @@ def modes(frames: Frames) -> Iterator[Event]:
     known = None
     for time_s, message in _messages(frames):
         armed = "armed" if message.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED else "disarmed"
-        mode = mavutil.mode_string_v10(message)  # type: ignore[no-untyped-call]
+        mode = mavutil.mode_string_v10(message)
         if (armed, mode) != known:
             yield time_s, f"vehicle: {armed}, mode {mode}"
         known = (armed, mode)
