@@ -1,32 +1,14 @@
-"""What the commands of `companion mission` share: a vehicle, the transfer shown, a plan in words."""
+"""What the commands of `companion mission` share: the transfer shown, a plan in words."""
 
 from collections import Counter
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TypeVar
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
-from companion import clock
-from companion.cli.params import Place
-from companion.link import Connection, connect, parse_address
-from companion.link.address import Simulated
 from companion.mission.items import Plan
 from companion.mission.transfer import ShowTransfer
-
-T = TypeVar("T")
-
-
-def with_vehicle(place: Place, work: Callable[[Connection], Awaitable[T]]) -> T:
-    """What `work` makes of a connection to the vehicle at `place`; raises as `connect`."""
-    address = parse_address(place.url)
-
-    async def connected() -> T:
-        async with connect(address, system_id=place.system_id, signing=place.signing) as connection:
-            return await work(connection)
-
-    return clock.run(connected(), virtual=isinstance(address, Simulated))
 
 
 @contextmanager

@@ -4,8 +4,7 @@ from rich.console import Console
 
 from companion.cli import options
 from companion.cli.flying import show
-from companion.cli.mission import with_vehicle
-from companion.cli.params import Place
+from companion.cli.place import Place, with_vehicle
 from companion.link import Connection
 from companion.mission.transfer import clear_plan
 

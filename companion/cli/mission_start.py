@@ -11,8 +11,8 @@ from companion.autopilot import detect
 from companion.cli import options
 from companion.cli.display import FlightDisplay
 from companion.cli.flying import STOPPED, show
-from companion.cli.mission import summary, transfer_bar, with_vehicle
-from companion.cli.params import Place
+from companion.cli.mission import summary, transfer_bar
+from companion.cli.place import Place, with_vehicle
 from companion.cli.result_file import write_result
 from companion.errors import InputError
 from companion.link import Connection, start_telemetry

@@ -8,8 +8,8 @@ from rich.console import Console
 
 from companion.cli import options
 from companion.cli.flying import STOPPED, show
-from companion.cli.mission import counts, summary, transfer_bar, with_vehicle
-from companion.cli.params import Place
+from companion.cli.mission import counts, summary, transfer_bar
+from companion.cli.place import Place, with_vehicle
 from companion.cli.result_file import write_result
 from companion.link import Connection
 from companion.mission.files import read_plan

@@ -10,8 +10,8 @@ from rich.console import Console
 from companion.autopilot import detect
 from companion.cli import options
 from companion.cli.flying import show
-from companion.cli.mission import counts, summary, with_vehicle
-from companion.cli.params import Place
+from companion.cli.mission import counts, summary
+from companion.cli.place import Place, with_vehicle
 from companion.cli.result_file import write_result
 from companion.errors import InputError
 from companion.flight.guard import GuardLimits

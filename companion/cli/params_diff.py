@@ -12,7 +12,8 @@ from rich.table import Table
 
 from companion.cli import options
 from companion.cli.flying import show
-from companion.cli.params import Place, read_file, read_vehicle
+from companion.cli.params import read_file, read_vehicle
+from companion.cli.place import Place
 from companion.cli.result_file import write_result
 from companion.link.parameter_changes import Difference, differences
 from companion.link.parameter_encoding import Number

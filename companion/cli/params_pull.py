@@ -8,7 +8,8 @@ from rich.console import Console
 
 from companion.cli import options
 from companion.cli.flying import show
-from companion.cli.params import Place, read_vehicle
+from companion.cli.params import read_vehicle
+from companion.cli.place import Place
 from companion.link.parameter_file import write_parameter_file
 
 _STACKS = {"PX4": "PX4 Pro", "ArduPilot": "ArduPilot"}

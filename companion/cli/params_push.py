@@ -12,13 +12,14 @@ from rich.console import Console
 from rich.table import Table
 
 from companion.cli import options
-from companion.cli.params import Place, progress_bar, read_file, read_vehicle, with_vehicle
+from companion.cli.params import progress_bar, read_file, read_vehicle
+from companion.cli.place import Place, with_vehicle
 from companion.cli.result_file import write_result
 from companion.errors import InputError, RefusedError
 from companion.link import Connection
 from companion.link.parameter import set_parameters
 from companion.link.parameter_changes import changes_to
-from companion.link.parameter_encoding import Encoding, Parameter
+from companion.link.parameter_encoding import Parameter, parameter_encoding
 from companion.link.parameter_file import written
 
 
@@ -74,7 +75,8 @@ def _agreed(count: int) -> bool:
 
 
 def _set(place: Place, changes: Sequence[Parameter], console: Console) -> Mapping[str, str]:
-    async def work(connection: Connection, encoding: Encoding) -> Mapping[str, str]:
+    async def work(connection: Connection) -> Mapping[str, str]:
+        encoding = await parameter_encoding(connection)
         with progress_bar(console, "setting parameters") as show:
             return await set_parameters(
                 connection, changes, encoding, progress=lambda done: show(done, len(changes))

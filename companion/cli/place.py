@@ -1,0 +1,38 @@
+"""Where a vehicle is, for commands that talk to one without flying it."""
+
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass
+from typing import TypeVar
+
+from companion import clock
+from companion.link import Connection, connect, parse_address
+from companion.link.address import Simulated
+from companion.link.signing import SigningKey
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a vehicle is.
+
+    Attributes:
+        url: connection string.
+        system_id: of the vehicle; None for the first that is heard.
+        signing: what frames are signed with; None where they are not.
+    """
+
+    url: str
+    system_id: int | None = None
+    signing: SigningKey | None = None
+
+
+def with_vehicle(place: Place, work: Callable[[Connection], Awaitable[T]]) -> T:
+    """What `work` makes of a connection to the vehicle at `place`; raises as `connect`."""
+    address = parse_address(place.url)
+
+    async def connected() -> T:
+        async with connect(address, system_id=place.system_id, signing=place.signing) as connection:
+            return await work(connection)
+
+    return clock.run(connected(), virtual=isinstance(address, Simulated))
