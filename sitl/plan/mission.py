@@ -207,7 +207,7 @@ class Mission:
                 return None
             if self.current >= len(self.plan):
                 self._complete = True
-                self.current = len(self.plan) - 1
+                self.current = max(len(self.plan) - 1, self._rules.first)
                 return None
             item = self.plan.items[self.current]
             if item.is_navigation or item.command == Command.CONDITION_DELAY:

@@ -184,3 +184,12 @@ def test_ids_tell_plans_apart_and_none_is_zero() -> None:
     assert 0 not in (one.opaque_id, other.opaque_id)
     assert one.opaque_id != other.opaque_id
     assert one.opaque_id == Plan((item(WAYPOINT, 1.0),)).opaque_id
+
+
+@pytest.mark.parametrize("rules", [PX4, ARDUPILOT])
+def test_a_mission_that_is_cleared_while_it_is_flown_ends_at_its_first_item(rules: MissionRules) -> None:
+    flown = Flown(HOME, item(TAKEOFF, up=5.0), item(WAYPOINT, 10.0, 0.0, 5.0), rules=rules)
+    flown.step()
+    flown.mission.load(Plan(), 0)
+    flown.step()
+    assert (flown.mission.state, flown.mission.current) == (MissionState.NO_MISSION, rules.first)
