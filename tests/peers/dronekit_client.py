@@ -3,8 +3,9 @@
 import sys
 import threading
 from collections.abc import Sequence
+from typing import Any
 
-from dronekit import Command, LocationGlobalRelative, VehicleMode, connect
+from dronekit import Command, LocationGlobalRelative, Vehicle, VehicleMode, connect
 from peer_client import Place
 from peer_server import PATIENCE_S, serve, wait_until
 from pymavlink.dialects.v20 import common as mavlink
@@ -24,7 +25,12 @@ class DronekitClient:
         self._vehicle.add_message_listener(
             "STATUSTEXT", lambda vehicle, name, message: self._texts.append(message.text)
         )
+        self._reached = 0
+        self._vehicle.add_message_listener("MISSION_ITEM_REACHED", self._on_reached)
         self._streaming = threading.Event()
+
+    def _on_reached(self, vehicle: Vehicle, name: str, message: Any) -> None:
+        self._reached = message.seq
 
     def autopilot(self) -> str:
         return _AUTOPILOTS[self._vehicle.version.autopilot_type]
@@ -138,10 +144,11 @@ class DronekitClient:
         return [(item.x, item.y, item.z) for item in self._vehicle.commands]
 
     def start_mission(self) -> None:
+        self._reached = 0
         self.set_mode("AUTO")
 
     def items_done(self) -> int:
-        return int(self._vehicle.commands.next) - 1
+        return self._reached
 
     def clear_mission(self) -> None:
         self._vehicle.commands.clear()

@@ -85,11 +85,10 @@ class MavproxyClient:
         if self._autopilot == "ardupilot":  # after a landing it is in LAND
             self.set_mode("GUIDED")
         self._type("arm throttle")
-        self._wait_said("COMPONENT_ARM_DISARM: ACCEPTED")
+        wait_until(self.armed, "armed")
 
     def disarm(self) -> None:
         self._type("disarm")
-        self._wait_said("COMPONENT_ARM_DISARM: ACCEPTED")
 
     def armed(self) -> bool:
         return self._link.armed()
@@ -99,21 +98,18 @@ class MavproxyClient:
             self._type(f"long NAV_TAKEOFF 0 0 0 nan nan nan {self.home()[2] + height_m}")
         else:
             self._type(f"takeoff {height_m}")
-        self._wait_said("NAV_TAKEOFF: ACCEPTED")
 
     def place(self) -> Place:
         return self._link.place()
 
     def go_to(self, place: Place) -> None:
         self._type("guided {} {} {}".format(*place))
-        self._wait_said("DO_REPOSITION: ACCEPTED")
 
     def return_home(self) -> None:
         self._type("long NAV_RETURN_TO_LAUNCH")
 
     def land(self) -> None:
         self._type("long NAV_LAND 0 0 0 nan")
-        self._wait_said("NAV_LAND: ACCEPTED")
 
     def texts(self) -> list[str]:
         return re.findall(r"AP: (.*)", self._output)
@@ -168,7 +164,6 @@ class MavproxyClient:
     def start_mission(self) -> None:
         self._type("wp set 0" if self._autopilot == "px4" else "wp set 1")
         self._type("long MISSION_START")
-        self._wait_said("MISSION_START: ACCEPTED")
 
     def items_done(self) -> int:
         return int(self._link.newest("MISSION_ITEM_REACHED").seq) + (self._autopilot == "px4")

@@ -152,6 +152,9 @@ class MavsdkClient:
         self._raw.clear_mission()
 
     def upload_file(self, path: str) -> None:
+        if not path.endswith(".plan"):
+            self._raw.upload_mission(self._raw.import_mission_planner_mission(path).mission_items)
+            return
         plan = self._raw.import_qgroundcontrol_mission(path)
         self._raw.upload_mission(plan.mission_items)
         self._raw.upload_geofence(plan.geofence_items)

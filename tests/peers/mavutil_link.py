@@ -2,6 +2,7 @@
 
 import os
 import threading
+import time
 from collections.abc import Sequence
 from queue import Empty, Queue
 from typing import Any
@@ -42,6 +43,9 @@ class MavutilLink:
             elif kind == "COMMAND_ACK" or kind.startswith("MISSION_"):
                 self._answers.put(message)
 
+    def has(self, kind: str) -> bool:
+        return kind in self._newest
+
     def newest(self, kind: str) -> Any:
         wait_until(lambda: kind in self._newest, f"a {kind}")
         return self._newest[kind]
@@ -52,13 +56,15 @@ class MavutilLink:
 
     def answer(self, *kinds: str, timeout_s: float = PATIENCE_S) -> Any:
         """The next message of these types; None when none came in time."""
-        while True:
+        give_up_s = time.monotonic() + timeout_s  # for all of them: some types stream
+        while (left_s := give_up_s - time.monotonic()) > 0.0:
             try:
-                message = self._answers.get(timeout=timeout_s)
+                message = self._answers.get(timeout=left_s)
             except Empty:
-                return None
+                break
             if message.get_type() in kinds:
                 return message
+        return None
 
     def autopilot(self) -> str:
         return _AUTOPILOTS[self.newest("HEARTBEAT").autopilot]

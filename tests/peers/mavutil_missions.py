@@ -6,8 +6,8 @@ from typing import Any
 from mavutil_link import MavutilLink
 from pymavlink.dialects.v20 import common as mavlink
 
-_RETRY_S = 1.0
-_RETRIES = 15
+_RETRY_S = 0.25
+_RETRIES = 40
 
 
 def waypoint(link: MavutilLink, place: Sequence[float], command: int, kind: int, param1: float = 0.0) -> Any:

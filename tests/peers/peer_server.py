@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from xmlrpc.server import SimpleXMLRPCServer
 
-PATIENCE_S = 12.0
+PATIENCE_S = 25.0
 _POLL_S = 0.02
 
 

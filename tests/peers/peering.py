@@ -21,7 +21,7 @@ from peer_client import Client, Place
 
 ROOT = Path(__file__).parents[2]
 SPEED = 4  # as fast as the clients' own clocks allow: MAVSDK sends setpoints at 20 Hz, PX4 wants 2 Hz
-PATIENCE_S = 15.0
+PATIENCE_S = 30.0
 _POLL_S = 0.05
 _M_PER_DEG = 111_319.5
 _PORTS_UDP = {"px4": (14540, 14580, 18570), "ardupilot": (14550,)}
@@ -59,9 +59,9 @@ def offered_by(pairs: frozenset[Pair]) -> pytest.MarkDecorator:
 
 
 @contextmanager
-def running(command: Sequence[str | Path], folder: Path, says: str) -> Iterator[re.Match[str]]:
+def running(name: str, command: Sequence[str | Path], folder: Path, says: str) -> Iterator[re.Match[str]]:
     """A process, with whatever it starts, until leaving; entered when it has said what is looked for."""
-    log = folder / f"{Path(command[1]).stem}.log"
+    log = folder / f"{name}.log"
     with log.open("w") as output:
         process = subprocess.Popen(
             command,
@@ -79,7 +79,7 @@ def running(command: Sequence[str | Path], folder: Path, says: str) -> Iterator[
             f"{says!r} in {log}",
         )
         if said is True:
-            pytest.fail(f"{command[1]} ended at once: {log.read_text()}")
+            pytest.fail(f"{name} ended at once: {log.read_text()}")
         yield cast("re.Match[str]", said)
     finally:
         with suppress(ProcessLookupError):  # it had ended, and been waited for
@@ -111,12 +111,20 @@ def port_of(autopilot: str, system_id: int) -> int:
 
 
 @contextmanager
-def vehicle(autopilot: str, system_id: int, folder: Path, *options: str) -> Iterator[None]:
+def vehicle(
+    autopilot: str, system_id: int, folder: Path, *, conditions: str = "ideal", speed: float = SPEED
+) -> Iterator[None]:
     """`companion sitl`, serving."""
     companion = Path(sys.executable).with_name("companion")
-    numbers = ["--system-id", str(system_id), "--speed", str(SPEED)]
-    command: list[str | Path] = [companion, "sitl", "--autopilot", autopilot, *numbers, *options]
-    with running(command, folder, f"system {system_id}"):
+    options = {
+        "--autopilot": autopilot,
+        "--system-id": str(system_id),
+        "--speed": str(speed),
+        "--conditions": conditions,
+    }
+    words = (word for option in options.items() for word in option)
+    command: list[str | Path] = [companion, "--debug", "sitl", *words]
+    with running("sitl", command, folder, f"system {system_id}"):
         yield
 
 
@@ -136,7 +144,7 @@ def client(name: str, port: int, folder: Path) -> Iterator[Client]:
     python = own / "bin/python" if name == "dronekit" else Path(sys.executable)
     script = Path(__file__).parent / f"{name}_client.py"
     with (
-        running([python, script, str(port)], folder, r"serving at (\d+)\n") as said,
+        running(name, [python, script, str(port)], folder, r"serving at (\d+)\n") as said,
         ServerProxy(f"http://127.0.0.1:{said[1]}", _Patient(), allow_none=True) as proxy,
     ):
         yield cast("Client", proxy)

@@ -26,7 +26,17 @@ class PymavlinkClient(MavutilLink):
         self._streaming = threading.Event()
         if self._autopilot == "ardupilot":
             self._mav.request_data_stream_send(*self._target, _EVERYTHING, _RATE_HZ, 1)
-            self._command(mavlink.MAV_CMD_GET_HOME_POSITION)
+
+    def home(self) -> Place:
+        if self._autopilot == "ardupilot":
+            wait_until(self._asked_for_home, "home")
+        return super().home()
+
+    def _asked_for_home(self) -> bool:
+        """ArduPilot tells it when asked; on a bad link the question may be lost."""
+        if not self.has("HOME_POSITION"):
+            self._mav.command_long_send(*self._target, mavlink.MAV_CMD_GET_HOME_POSITION, 0, *[0.0] * 7)
+        return self.has("HOME_POSITION")
 
     @property
     def _mav(self) -> Any:
