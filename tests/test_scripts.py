@@ -85,6 +85,27 @@ def test_a_failed_installation_is_tried_again(repository: Path) -> None:
     assert installed(repository) == ["sim", "sim"]
 
 
+def test_each_peer_is_installed_once_for_each_list_of_its_packages(repository: Path) -> None:
+    shutil.copytree(ROOT / "tests/peers", repository / "tests/peers")
+    calls = repository.parent / "calls"
+    makes_venvs = f"""case "$2" in
+        venv) mkdir -p "$3/bin" && cp "$0" "$3/bin/python" ;;
+        pip) echo "$*" >>"{calls}" ;;
+    esac"""
+    executable(repository / ".venv/bin/python", makes_venvs)
+    for _ in range(2):
+        assert shell(repository, "prepare_peers").returncode == 0
+    assert len(calls.read_text().splitlines()) == 2
+    with (repository / "tests/peers/dronekit.txt").open("a") as packages:
+        packages.write("# newer\n")
+    shell(repository, "prepare_peers")
+    assert [line.rpartition("/")[2] for line in calls.read_text().splitlines()] == [
+        "mavproxy.txt",
+        "dronekit.txt",
+        "dronekit.txt",
+    ]
+
+
 def test_without_venv_the_line_to_type_is_printed(tmp_path: Path) -> None:
     executable(tmp_path / "python3", 'case "$2" in *ensurepip*) exit 1 ;; esac')
     for version in ("3.11", "3.12", "3.13"):
