@@ -6,7 +6,7 @@
 | `feedforward` | position, velocity and acceleration                   | none              |
 | `lookahead`   | position and velocity, a constant time early          | none              |
 | `dnn`         | inverse network of a source vehicle                   | none              |
-| `gp`          | the same as `feedforward`, its parts somewhat early    | online correction |
+| `gp`          | the same as `feedforward`, its parts somewhat early   | online correction |
 | `dnn+gp`      | part of the way from `gp`'s to what the network says  | online correction |
 |               | of the trajectory itself; or the paper's: as `dnn`    |                   |
 """
