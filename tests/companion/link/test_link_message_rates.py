@@ -40,10 +40,10 @@ async def begun(connection: Connection) -> MessageRates:
     return rates
 
 
-async def send_attitudes(vehicle: FakeVehicle, duration_s: float) -> None:
-    for _ in range(round(duration_s)):
+async def send_attitudes(vehicle: FakeVehicle, duration_s: float, rate_hz: float = 25.0) -> None:
+    for _ in range(round(duration_s * rate_hz)):
         vehicle.say(mavlink.MAVLink_attitude_message(1, 0, 0, 0, 0, 0, 0))
-        await asyncio.sleep(1.0)
+        await asyncio.sleep(1.0 / rate_hz)
 
 
 @in_virtual_time
@@ -58,6 +58,20 @@ async def test_what_stays_away_is_asked_for_again_less_and_less_often() -> None:
         assert streams.take().keys() == {HOME}
         assert 4 <= len(times) <= 8
         assert times[-1] - times[-2] > 20.0
+
+
+@in_virtual_time
+async def test_a_rate_that_a_ground_station_lowered_is_asked_for_again_each_time_and_soon() -> None:
+    vehicle = FakeVehicle()
+    streams = Streams(vehicle)
+    async with connect_over(vehicle.open) as connection:
+        await begun(connection)
+        streams.take()
+        for _ in range(4):  # all the while the home position never comes
+            await send_attitudes(vehicle, 15.0)
+            assert ATTITUDE not in streams.take()
+            await send_attitudes(vehicle, 6.5, rate_hz=4.0)
+            assert streams.take()[ATTITUDE] in (1, 2)
 
 
 @in_virtual_time
