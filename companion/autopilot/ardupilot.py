@@ -84,6 +84,11 @@ class ArduPilot:
         """Whether the vehicle is in GUIDED because we asked for it."""
         return self._modes.engaged
 
+    @property
+    def taken(self) -> bool:
+        """Whether the vehicle left that mode unasked."""
+        return self._modes.taken
+
     async def motion_limits(self) -> MotionLimits:
         """What GUIDED keeps to."""
         for names, unit in _MOTION_LIMITS:

@@ -51,6 +51,11 @@ class FlightModes:
         """Whether the vehicle follows our setpoints, in the mode for that because we asked for it."""
         return self._engaged
 
+    @property
+    def taken(self) -> bool:
+        """Whether the vehicle changed its mode unasked since it was last engaged."""
+        return self._taken.is_set()
+
     def engage(self) -> None:
         """From now on, leaving the mode that follows setpoints is noticed."""
         self._taken.clear()

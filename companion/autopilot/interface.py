@@ -47,6 +47,11 @@ class Autopilot(Protocol):
         """Whether the vehicle follows our setpoints."""
         ...
 
+    @property
+    def taken(self) -> bool:
+        """Whether someone else took the vehicle since it followed our setpoints."""
+        ...
+
     async def motion_limits(self) -> MotionLimits:
         """What it keeps the vehicle to."""
         ...

@@ -75,6 +75,11 @@ class Px4:
         """Whether the vehicle is in OFFBOARD because we asked for it."""
         return self._modes.engaged
 
+    @property
+    def taken(self) -> bool:
+        """Whether the vehicle left that mode unasked."""
+        return self._modes.taken
+
     async def motion_limits(self) -> MotionLimits:
         """MPC_Z_VEL_MAX_UP and MPC_Z_VEL_MAX_DN; OFFBOARD keeps to no acceleration but by the tilt."""
         return MotionLimits(

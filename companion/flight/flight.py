@@ -229,7 +229,7 @@ class _Flight:
     async def leave_in_a_hold(self) -> None:
         """Leave a vehicle that may be flying in a hold, if it still listens to us and ever did."""
         as_found = self.autopilot.mode == self.found_in and not self.autopilot.engaged
-        if as_found or not self.telemetry.status.armed:
+        if as_found or self.autopilot.taken or not self.telemetry.status.armed:
             return
         self.note("telling the vehicle to hold")
         try:

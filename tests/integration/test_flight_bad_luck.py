@@ -195,6 +195,20 @@ def test_a_strategy_that_fails_leaves_a_hold() -> None:
     assert link.mode == "HOLD"
 
 
+def test_a_strategy_that_fails_as_the_pilot_takes_over_leaves_the_vehicle_to_the_pilot() -> None:
+    link = TamperedLink()
+
+    def failing(trajectory: Trajectory, time_s: float, state: VehicleState) -> Reference:
+        if time_s > 1.0:
+            link.say(mavlink.MAVLink_current_mode_message(0, POSCTL[0] << 16, POSCTL[0] << 16))
+            raise ZeroDivisionError("a fault of ours")
+        return position_velocity(trajectory, time_s, state)
+
+    with pytest.raises(ZeroDivisionError):
+        fly_with(link, lambda *_: None, plan=FlightPlan(straight(), failing))
+    assert max(link.commanded(SET_MODE)) < link.setpoint_times()[-1]
+
+
 def test_a_reference_that_is_no_number_falls_back_to_the_baseline() -> None:
     def now_and_then(trajectory: Trajectory, time_s: float, state: VehicleState) -> Reference:
         plain = position_velocity(trajectory, time_s, state)
