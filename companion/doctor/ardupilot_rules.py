@@ -63,14 +63,6 @@ def _skipped_checks(name: str, value: Number, seen: Observation) -> Finding:
     return warns(name, "checks before arming are skipped", f"set {name} 0")
 
 
-def _enforced(name: str, value: Number, seen: Observation) -> Finding:
-    master = seen.parameters.get("SYSID_MYGCS")
-    if value and master != seen.system_id:
-        told = f"it obeys system {master} only, and this program is system {seen.system_id}"
-        return stops(name, told, f"set {name} 0")
-    return fine(name, "it obeys whoever speaks to it" if not value else "it obeys this program")
-
-
 def _ground_station(name: str, value: Number, seen: Observation) -> Finding:
     if value == seen.system_id:
         return fine(name, "this program counts as the ground station, whose loss FS_GCS_ENABLE is about")
@@ -91,7 +83,6 @@ RULES: Mapping[str, Rule] = {
     "FS_OPTIONS": _failsafe_options,
     "ARMING_CHECK": _checks,
     "ARMING_SKIPCHK": _skipped_checks,
-    "SYSID_ENFORCE": _enforced,
     "SYSID_MYGCS": _ground_station,
     "MAV_GCS_SYSID": _ground_station,
     "WPNAV_SPEED": at_least(200.0, "cm/s", "horizontal speed limit", instead="1000"),

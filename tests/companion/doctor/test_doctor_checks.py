@@ -99,8 +99,6 @@ def test_what_is_seen_is_judged(topic: str, severity: Severity, changes: dict[st
         (ARDUPILOT, "ARMING_CHECK", 0, WARNS),
         (ARDUPILOT, "ARMING_SKIPCHK", -1, WARNS),
         (ARDUPILOT, "ARMING_SKIPCHK", 0, FINE),
-        (ARDUPILOT, "SYSID_ENFORCE", 1, STOPS),
-        (ARDUPILOT, "SYSID_ENFORCE", 0, FINE),
         (ARDUPILOT, "SYSID_MYGCS", 255, FINE),
         (ARDUPILOT, "MAV_GCS_SYSID", 1, FINE),
         (ARDUPILOT, "FS_OPTIONS", 4, FINE),
@@ -152,9 +150,10 @@ def test_a_ground_station_that_is_heard_is_not_missed() -> None:
     assert finding.severity is FINE
 
 
-def test_a_vehicle_that_obeys_us_only_is_fine() -> None:
-    finding = found(ARDUPILOT, "SYSID_ENFORCE", parameters={"SYSID_ENFORCE": 1, "SYSID_MYGCS": 1})
-    assert finding.severity is FINE
+@pytest.mark.parametrize("name", ["SYSID_ENFORCE", "MAV_OPTIONS"])
+def test_a_vehicle_that_obeys_only_its_ground_station_obeys_its_own_components_too(name: str) -> None:
+    findings = judge(replace(ARDUPILOT, parameters={name: 1, "SYSID_MYGCS": 255}))
+    assert STOPS not in {finding.severity for finding in findings}
 
 
 def test_a_vehicle_that_was_named_is_not_to_be_named() -> None:
