@@ -91,8 +91,10 @@ async def vehicle_site(connection: Connection, telemetry: Telemetry) -> Site:
     )
     if landed.landed_state == mavlink.MAV_LANDED_STATE_ON_GROUND:
         return Site(origin, earth, state.position)
-    home = await request_message(connection, mavlink.MAVLink_home_position_message)
-    return Site(origin, earth, np.array([home.x, home.y, home.z]), state.position)
+    told = await request_message(connection, mavlink.MAVLink_home_position_message)
+    # ArduPilot leaves its x, y and z at 0, wherever its home is.
+    home = Place(told.latitude * 1e-7, told.longitude * 1e-7, told.altitude * 1e-3)
+    return Site(origin, earth, ned_from_geodetic(home, origin, earth), state.position)
 
 
 async def _local_origin(connection: Connection, earth: Ellipsoid) -> Place:
