@@ -34,19 +34,15 @@ def read_signing_key(path: Path) -> SigningKey:
         raise InputError(f"{path}: cannot be read: {error.strerror}; {HOW_TO_MAKE_ONE}") from error
     if stat.S_IMODE(mode) & 0o077:
         raise InputError(f"{path}: others may read this key: make it your own with `chmod 600 {path}`")
-    lines = _text(path, content).splitlines()
+    if len(content) > _LARGEST_FILE:
+        raise InputError(f"{path}: this is no key file, it is too long; {HOW_TO_MAKE_ONE}")
+    try:
+        lines = content.decode().splitlines()
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: this is no key file, it holds no text; {HOW_TO_MAKE_ONE}") from error
     if len(lines) != 1 or not lines[0].strip():
         raise InputError(f"{path}: a key file has one line, not {len(lines)}; {HOW_TO_MAKE_ONE}")
     return SigningKey(_secret(lines[0].strip()))
-
-
-def _text(path: Path, content: bytes) -> str:
-    try:
-        if len(content) <= _LARGEST_FILE:
-            return content.decode()
-    except UnicodeDecodeError:
-        pass
-    raise InputError(f"{path}: this is no key file; {HOW_TO_MAKE_ONE}")
 
 
 def _secret(line: str) -> bytes:
