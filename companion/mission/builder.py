@@ -7,8 +7,8 @@ import numpy as np
 from pymap3d import Ellipsoid
 
 from companion.errors import InputError
+from companion.geodesy import WGS84, Place, geodetic_from_ned
 from companion.link.dialect import mavlink
-from companion.mission.geodesy import WGS84, Place, geodetic_from_ned
 from companion.mission.items import Frame, MissionItem, Parameters, Plan
 
 _LEAST_POINTS = 3

@@ -12,9 +12,9 @@ from enum import IntEnum
 from typing import TypeAlias
 
 from companion.errors import InputError
+from companion.geodesy import Place
 from companion.link.dialect import mavlink
 from companion.mission.commands import LOCATED, WAYPOINTS, command_name, is_known
-from companion.mission.geodesy import Place
 
 HIGHEST_M = 100_000.0
 """No altitude may be farther from zero (m)."""

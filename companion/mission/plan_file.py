@@ -12,8 +12,8 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
 from companion.errors import InputError
+from companion.geodesy import Place
 from companion.link.dialect import mavlink
-from companion.mission.geodesy import Place
 from companion.mission.items import (
     Fence,
     FenceCircle,

@@ -8,11 +8,7 @@ from pymap3d import Ellipsoid
 
 from companion.arrays import Vec3
 from companion.errors import InputError, NoReplyError
-from companion.link.command import request_message
-from companion.link.connection import Connection
-from companion.link.dialect import mavlink
-from companion.link.telemetry import Telemetry
-from companion.mission.geodesy import (
+from companion.geodesy import (
     ARDUPILOT_EARTH,
     PX4_EARTH,
     WGS84,
@@ -20,6 +16,10 @@ from companion.mission.geodesy import (
     geodetic_from_ned,
     ned_from_geodetic,
 )
+from companion.link.command import request_message
+from companion.link.connection import Connection
+from companion.link.dialect import mavlink
+from companion.link.telemetry import Telemetry
 from companion.mission.items import Plan
 
 _EARTHS = {mavlink.MAV_AUTOPILOT_PX4: PX4_EARTH, mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA: ARDUPILOT_EARTH}

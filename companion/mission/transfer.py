@@ -5,12 +5,12 @@ from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
 from companion.errors import FlightError, LinkError, NoReplyError, RefusedError
+from companion.geodesy import Place
 from companion.link.command import request_message
 from companion.link.connection import Connection
 from companion.link.dialect import mavlink
 from companion.link.mission import WireItem, clear_items, download_items, upload_items
 from companion.mission import wire
-from companion.mission.geodesy import Place
 from companion.mission.items import Fence, Plan
 
 ShowTransfer: TypeAlias = Callable[[str, int, int], None]

@@ -8,6 +8,7 @@ from typing import TypeVar
 from companion import clock
 from companion.autopilot import Autopilot, detect
 from companion.errors import RefusedError
+from companion.geodesy import Place, geodetic_from_ned
 from companion.link import connect, start_telemetry
 from companion.link.address import Address, Simulated, parse_address
 from companion.link.command import set_message_interval
@@ -15,7 +16,6 @@ from companion.link.connection import Connection
 from companion.link.dialect import mavlink
 from companion.link.telemetry import Telemetry
 from companion.mission.builder import Mission
-from companion.mission.geodesy import Place, geodetic_from_ned
 from companion.mission.items import MissionItem, Plan
 from companion.mission.progress import Reached, fly_mission
 from companion.mission.site import Site, vehicle_site

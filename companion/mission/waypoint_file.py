@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from companion.errors import InputError
+from companion.geodesy import Place
 from companion.link.dialect import mavlink
-from companion.mission.geodesy import Place
 from companion.mission.items import Frame, MissionItem, Plan, frame_from_number, naming
 
 _COLUMNS = 12

@@ -9,10 +9,10 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from companion.errors import FlightError, InputError
+from companion.geodesy import Place
 from companion.link.dialect import mavlink
 from companion.link.mission import WireItem
 from companion.mission.commands import LOCATED, command_name
-from companion.mission.geodesy import Place
 from companion.mission.items import (
     Fence,
     FenceCircle,

@@ -11,8 +11,8 @@ from companion import clock
 from companion.cli.fly_plan import Planned
 from companion.errors import TakenError
 from companion.flight.flight import FlightPlan
+from companion.geodesy import PX4_EARTH, Place, geodetic_from_ned
 from companion.link.dialect import mavlink
-from companion.mission.geodesy import PX4_EARTH, Place, geodetic_from_ned
 from companion.mission.items import Frame, MissionItem, Plan
 from companion.trajectory import Limits
 from sitl.geodesy import HOME

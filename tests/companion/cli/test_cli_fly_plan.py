@@ -13,10 +13,10 @@ from companion.cli.fly_plan import Planned
 from companion.errors import InputError
 from companion.flight.flight import FlightPlan
 from companion.flight.guard import GuardLimits
+from companion.geodesy import PX4_EARTH, Place, geodetic_from_ned
 from companion.link import connect, start_telemetry
 from companion.link.dialect import mavlink
 from companion.mission.files import write_plan
-from companion.mission.geodesy import PX4_EARTH, Place, geodetic_from_ned
 from companion.mission.items import Fence, FenceCircle, Frame, MissionItem, Plan
 from companion.mission.transfer import upload_plan
 from companion.trajectory import Limits

@@ -4,7 +4,7 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from companion.mission.geodesy import Place
+from companion.geodesy import Place
 from companion.mission.items import Fence, FenceCircle, FencePolygon, Frame, MissionItem, Plan
 
 numbers = st.floats(-1e6, 1e6)

@@ -4,8 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from companion.errors import InputError
+from companion.geodesy import PX4_EARTH, Place, geodetic_from_ned
 from companion.mission.boundaries import require_inside_box, require_inside_fence, require_near
-from companion.mission.geodesy import PX4_EARTH, Place, geodetic_from_ned
 from companion.mission.items import Fence, FenceCircle, FencePolygon
 from companion.mission.path import Ending, TrackedPath
 from companion.mission.site import Site

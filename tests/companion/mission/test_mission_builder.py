@@ -4,8 +4,8 @@ from itertools import pairwise
 import pytest
 
 from companion.errors import InputError
+from companion.geodesy import PX4_EARTH, ned_from_geodetic
 from companion.mission import Frame, Mission, Place
-from companion.mission.geodesy import PX4_EARTH, ned_from_geodetic
 from companion.mission.items import MissionItem
 
 HOME = Place(47.397742, 8.545594, 488.0)

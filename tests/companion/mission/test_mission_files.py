@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from plans import plan_object, plans, simple, waypoint
 
 from companion.errors import InputError
+from companion.geodesy import Place
 from companion.mission.files import LARGEST_FILE_BYTES, read_plan, write_plan
-from companion.mission.geodesy import Place
 from companion.mission.items import Fence, Frame, MissionItem, Plan
 from companion.mission.plan_file import parse_plan, plan_text
 from companion.mission.waypoint_file import parse_waypoints, waypoints_text

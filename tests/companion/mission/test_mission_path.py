@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from companion.errors import InputError
+from companion.geodesy import PX4_EARTH, Place, geodetic_from_ned
 from companion.link.dialect import mavlink
-from companion.mission.geodesy import PX4_EARTH, Place, geodetic_from_ned
 from companion.mission.items import Frame, MissionItem, Plan
 from companion.mission.path import Ending, TrackedPath, tracked_path
 from companion.mission.site import Site, planned_site

@@ -9,11 +9,11 @@ import pytest
 from companion import clock
 from companion.autopilot import detect
 from companion.errors import NoReplyError
+from companion.geodesy import ARDUPILOT_EARTH, PX4_EARTH, Place, geodetic_from_ned, ned_from_geodetic
 from companion.link import Telemetry, connect, start_telemetry
 from companion.link.command import request_message
 from companion.link.connection import Connection
 from companion.link.dialect import mavlink
-from companion.mission.geodesy import ARDUPILOT_EARTH, PX4_EARTH, Place, geodetic_from_ned, ned_from_geodetic
 from companion.mission.site import Site, vehicle_site
 from sitl.geodesy import HOME
 

@@ -7,11 +7,11 @@ from mission_vehicle import ARDUPILOT, FENCE, MISSION, PX4, RALLY, MissionVehicl
 from plans import fences, missions, places, waypoint
 
 from companion.errors import FlightError, InputError, NoReplyError, RefusedError
+from companion.geodesy import Place
 from companion.link.connection import connect_over
 from companion.link.dialect import mavlink
 from companion.link.mission import WireItem
 from companion.mission import wire
-from companion.mission.geodesy import Place
 from companion.mission.items import Fence, FenceCircle, FencePolygon, Frame, MissionItem, Plan
 from companion.mission.transfer import clear_plan, download_plan, upload_plan
 
