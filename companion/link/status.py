@@ -1,4 +1,8 @@
-"""What the vehicle is doing: HEARTBEAT, CURRENT_MODE, EXTENDED_SYS_STATE, SYS_STATUS, HOME_POSITION."""
+"""What the vehicle is doing: HEARTBEAT, CURRENT_MODE, EXTENDED_SYS_STATE, SYS_STATUS, HOME_POSITION.
+
+ArduPilot's HOME_POSITION has 0 for its local coordinates, wherever home is; so they are worked out from its
+place on the Earth and that of the origin, GPS_GLOBAL_ORIGIN.
+"""
 
 import math
 from dataclasses import dataclass, replace
@@ -8,6 +12,7 @@ import numpy as np
 
 from companion import clock
 from companion.arrays import Vec3
+from companion.geodesy import ARDUPILOT_EARTH, Place, ned_from_geodetic
 from companion.link.connection import Connection
 from companion.link.dialect import mavlink
 
@@ -63,7 +68,13 @@ class StatusWatch:
         connection.subscribe(mavlink.MAVLink_current_mode_message, self._on_current_mode)
         connection.subscribe(mavlink.MAVLink_extended_sys_state_message, self._on_extended_state)
         connection.subscribe(mavlink.MAVLink_sys_status_message, self._on_system_status)
-        connection.subscribe(mavlink.MAVLink_home_position_message, self._on_home)
+        if connection.heartbeat.autopilot == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA:
+            self._home_place: Place | None = None
+            self._origin: Place | None = None
+            connection.subscribe(mavlink.MAVLink_home_position_message, self._on_home_place)
+            connection.subscribe(mavlink.MAVLink_gps_global_origin_message, self._on_origin)
+        else:
+            connection.subscribe(mavlink.MAVLink_home_position_message, self._on_home)
 
     def _on_heartbeat(self, message: mavlink.MAVLink_heartbeat_message) -> None:
         armed, custom_mode = _armed_and_mode(message)
@@ -89,9 +100,28 @@ class StatusWatch:
         if math.isfinite(message.x + message.y + message.z):
             self.status = replace(self.status, home=np.array([message.x, message.y, message.z]))
 
+    def _on_home_place(self, message: mavlink.MAVLink_home_position_message) -> None:
+        self._home_place = _place(message)
+        self._locate_home()
+
+    def _on_origin(self, message: mavlink.MAVLink_gps_global_origin_message) -> None:
+        self._origin = _place(message)
+        self._locate_home()
+
+    def _locate_home(self) -> None:
+        if self._home_place is not None and self._origin is not None:
+            home = ned_from_geodetic(self._home_place, self._origin, ARDUPILOT_EARTH)
+            self.status = replace(self.status, home=home)
+
 
 _LANDED_STATES = {landed.value for landed in Landed}
 
 
 def _armed_and_mode(message: mavlink.MAVLink_heartbeat_message) -> tuple[bool, int]:
     return bool(message.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED), message.custom_mode
+
+
+def _place(
+    message: mavlink.MAVLink_home_position_message | mavlink.MAVLink_gps_global_origin_message,
+) -> Place:
+    return Place(message.latitude * 1e-7, message.longitude * 1e-7, message.altitude * 1e-3)

@@ -25,12 +25,15 @@ _RATES_HZ = {
     mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: 5.0,
     mavlink.MAVLINK_MSG_ID_HOME_POSITION: 0.5,
 }
-_MODE_RATES_HZ = {
+_OWN_RATES_HZ = {
     mavlink.MAV_AUTOPILOT_PX4: {mavlink.MAVLINK_MSG_ID_CURRENT_MODE: 10.0},
-    mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA: {mavlink.MAVLINK_MSG_ID_HEARTBEAT: 5.0},
+    mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA: {
+        mavlink.MAVLINK_MSG_ID_HEARTBEAT: 5.0,
+        mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN: 0.5,
+    },
 }
-"""A change of mode must not wait for a heartbeat a second. PX4 sends these at no other rate, and ArduPilot
-has no CURRENT_MODE."""
+"""Of one autopilot or the other. A change of mode must not wait for a heartbeat a second: PX4 sends these at
+no other rate, and ArduPilot has no CURRENT_MODE. Its origin tells where its home is (`status`)."""
 _TIMESYNC_INTERVAL_S = 0.1
 _QUESTIONS_KEPT = 64
 _ATTITUDES_KEPT = 5
@@ -66,8 +69,8 @@ class Telemetry:
     """
 
     def __init__(self, connection: Connection) -> None:
-        of_modes_hz = _MODE_RATES_HZ.get(connection.heartbeat.autopilot, {})
-        self.rates = MessageRates(connection, _RATES_HZ | of_modes_hz)
+        own_hz = _OWN_RATES_HZ.get(connection.heartbeat.autopilot, {})
+        self.rates = MessageRates(connection, _RATES_HZ | own_hz)
         self.state: VehicleState | None = None
         self.restarts = 0
         self.out_of_order = 0

@@ -8,6 +8,7 @@ from pymap3d import Ellipsoid
 
 from companion.arrays import Vec3
 from companion.errors import InputError, NoReplyError
+from companion.flight.takeoff import home_of
 from companion.geodesy import (
     ARDUPILOT_EARTH,
     PX4_EARTH,
@@ -91,10 +92,7 @@ async def vehicle_site(connection: Connection, telemetry: Telemetry) -> Site:
     )
     if landed.landed_state == mavlink.MAV_LANDED_STATE_ON_GROUND:
         return Site(origin, earth, state.position)
-    told = await request_message(connection, mavlink.MAVLink_home_position_message)
-    # ArduPilot leaves its x, y and z at 0, wherever its home is.
-    home = Place(told.latitude * 1e-7, told.longitude * 1e-7, told.altitude * 1e-3)
-    return Site(origin, earth, ned_from_geodetic(home, origin, earth), state.position)
+    return Site(origin, earth, await home_of(telemetry, lambda text: None), state.position)
 
 
 async def _local_origin(connection: Connection, earth: Ellipsoid) -> Place:

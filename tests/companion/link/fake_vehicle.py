@@ -40,19 +40,20 @@ def heartbeat(autopilot: int = PX4, kind: int = mavlink.MAV_TYPE_QUADROTOR) -> M
 class FakeVehicle:
     """Says what a test has it say, and answers by its `script`: a function for each kind of message."""
 
-    def __init__(self, *, system_id: int = 1, heartbeats: int = 1000) -> None:
+    def __init__(self, *, system_id: int = 1, heartbeats: int = 1000, autopilot: int = PX4) -> None:
         self.script: dict[type[Message], Script] = {}
         self.heard: list[Any] = []
         self.frames: list[Frame] = []
         self.system_id = system_id
         self._heartbeats = heartbeats
+        self._autopilot = autopilot
         self._splitter = FrameSplitter()
 
     async def open(self, receiver: Receiver) -> MemoryTransport:
         self.transport = MemoryTransport(receiver, self._hear)
         loop = asyncio.get_running_loop()
         for beat in range(self._heartbeats):
-            loop.call_later(0.1 + beat, self.say, heartbeat())
+            loop.call_later(0.1 + beat, self.say, heartbeat(self._autopilot))
         return self.transport
 
     def say(self, message: Message, *, system_id: int | None = None, component_id: int = 1) -> None:

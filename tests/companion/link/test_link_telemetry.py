@@ -183,6 +183,20 @@ async def test_others_that_answer_our_questions_do_not_set_our_clock() -> None:
 
 
 @in_virtual_time
+async def test_ardupilots_home_counts_by_its_place_on_the_earth() -> None:
+    vehicle = FakeVehicle(autopilot=mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA)
+    async with connect_over(vehicle.open) as connection:
+        telemetry = Telemetry(connection)
+        none = (0.0, 0.0, 0.0, [1.0, 0.0, 0.0, 0.0], 0.0, 0.0, 0.0)
+        vehicle.say(mavlink.MAVLink_home_position_message(473_978_420, 85_455_940, 487_500, *none))
+        await asyncio.sleep(0.01)
+        assert telemetry.status.home is None
+        vehicle.say(mavlink.MAVLink_gps_global_origin_message(473_977_420, 85_455_940, 489_500))
+        await asyncio.sleep(0.01)
+        assert telemetry.status.home == pytest.approx([11.13, 0.0, 2.0], abs=0.01)
+
+
+@in_virtual_time
 async def test_status_follows_what_the_vehicle_says() -> None:
     vehicle = FakeVehicle()
     async with connect_over(vehicle.open) as connection:

@@ -61,20 +61,6 @@ def test_in_the_air_a_path_begins_where_the_vehicle_is() -> None:
     assert site.start(9.0) == pytest.approx([0.0, 0.0, -3.0], abs=0.4)
 
 
-def test_home_counts_by_its_place_on_the_earth(monkeypatch: pytest.MonkeyPatch) -> None:
-    async def as_ardupilot_tells(connection: Connection, kind: Any) -> Any:
-        answer = await request_message(connection, kind)
-        if kind is mavlink.MAVLink_home_position_message:
-            answer.x = answer.y = answer.z = 0.0
-            answer.latitude += 1000
-            answer.altitude -= 2000
-        return answer
-
-    monkeypatch.setattr("companion.mission.site.request_message", as_ardupilot_tells)
-    site = site_of("sitl://arducopter_sitl", airborne=True)
-    assert site.takeoff == pytest.approx([11.13, 0.0, 2.0], abs=0.05)
-
-
 def test_an_origin_that_is_not_told_is_derived(monkeypatch: pytest.MonkeyPatch) -> None:
     async def silent_about_its_origin(connection: Connection, kind: Any) -> Any:
         if kind is mavlink.MAVLink_gps_global_origin_message:
