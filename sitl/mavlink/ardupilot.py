@@ -26,7 +26,7 @@ from sitl.mavlink.links import CURRENT_MODE, TELEMETRY
 from sitl.mavlink.mission_commands import ARDUPILOT_COMMANDS
 from sitl.mavlink.mission_wires import ARDUPILOT_MISSIONS
 from sitl.mavlink.session import Session
-from sitl.mavlink.telemetry import WRITERS
+from sitl.mavlink.telemetry import WRITERS, Report, home_position
 
 _VERSION = 4 << 24 | 6 << 16 | 0 << 8 | mavlink.FIRMWARE_VERSION_TYPE_OFFICIAL
 _CAPABILITIES = (
@@ -160,6 +160,14 @@ _COMMANDS: Mapping[int, Execute] = {
     mavlink.MAV_CMD_DO_SET_MODE: _set_mode,
 }
 
+
+def _home_position(state: Report) -> mavlink.MAVLink_home_position_message:
+    """HOME_POSITION, whose local coordinates ArduPilot leaves at 0."""
+    message = home_position(state)
+    message.x = message.y = message.z = 0.0
+    return message
+
+
 ARDUPILOT = Flavour(
     autopilot=mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA,
     version=_VERSION,
@@ -179,6 +187,7 @@ ARDUPILOT = Flavour(
     tells_current_at_once=False,
     writers={
         **WRITERS,
+        mavlink.MAVLINK_MSG_ID_HOME_POSITION: _home_position,
         mavlink.MAVLINK_MSG_ID_MISSION_CURRENT: mission_telemetry.ardupilot_mission_current,
         mission_telemetry.FENCE_STATUS: mission_telemetry.fence_status,
         CURRENT_MODE: wellbeing.current_mode,

@@ -314,7 +314,7 @@ def vfr_hud(state: Report) -> Message:
     )
 
 
-def home_position(state: Report) -> Message:
+def home_position(state: Report) -> mavlink.MAVLink_home_position_message:
     """HOME_POSITION: what altitudes count from, and where a return ends."""
     north, east, down = state.firmware.plans.home.tolist()
     home = geodetic_from_ned(north, east, down, state.flavour.earth_radius_m)

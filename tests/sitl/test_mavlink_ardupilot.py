@@ -119,6 +119,15 @@ def test_it_says_what_it_is() -> None:
     assert version.capabilities & mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
 
 
+def test_home_is_told_by_its_place_alone() -> None:
+    vehicle, firmware = fake_vehicle(vehicle=ARDUCOPTER)
+    first, _ = answers(vehicle, command_long(mavlink.MAV_CMD_REQUEST_MESSAGE, 242.0))
+    firmware.plans.home = np.array([10.0, 5.0, -1.0])
+    home, _ = answers(vehicle, command_long(mavlink.MAV_CMD_REQUEST_MESSAGE, 242.0))
+    assert (home.x, home.y, home.z) == (0.0, 0.0, 0.0)
+    assert home.latitude - first.latitude == pytest.approx(898, abs=1)
+
+
 @pytest.mark.parametrize("stream", [mavlink.MAV_DATA_STREAM_POSITION, mavlink.MAV_DATA_STREAM_ALL])
 def test_streams_are_started_and_stopped_as_a_whole(stream: int) -> None:
     vehicle, _ = fake_vehicle(vehicle=ARDUCOPTER)
