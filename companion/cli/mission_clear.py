@@ -3,8 +3,8 @@
 from rich.console import Console
 
 from companion.cli import options
+from companion.cli.endpoint import Endpoint, with_vehicle
 from companion.cli.flying import show
-from companion.cli.place import Place, with_vehicle
 from companion.link import Connection
 from companion.mission.transfer import clear_plan
 
@@ -23,5 +23,5 @@ def clear(
         await clear_plan(connection)
         return connection.system_id
 
-    cleared = with_vehicle(Place(connect, system_id, options.signing_key(signing_key)), work)
+    cleared = with_vehicle(Endpoint(connect, system_id, options.signing_key(signing_key)), work)
     show(Console(), f"system {cleared} has no mission, no fence and no rally points now")

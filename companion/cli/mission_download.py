@@ -7,9 +7,9 @@ import typer
 from rich.console import Console
 
 from companion.cli import options
+from companion.cli.endpoint import Endpoint, with_vehicle
 from companion.cli.flying import show
 from companion.cli.mission import counts, summary, transfer_bar
-from companion.cli.place import Place, with_vehicle
 from companion.cli.result_file import write_result
 from companion.link import Connection
 from companion.mission.files import write_plan
@@ -33,14 +33,14 @@ def download(
     for path in (file, json):
         if path is not None:
             options.writable(path)
-    place = Place(connect, system_id, options.signing_key(signing_key))
+    endpoint = Endpoint(connect, system_id, options.signing_key(signing_key))
     console = Console()
 
     async def work(connection: Connection) -> tuple[int, Plan]:
         with transfer_bar(console) as progress:
             return connection.system_id, await download_plan(connection, progress)
 
-    downloaded_from, plan = with_vehicle(place, work)
+    downloaded_from, plan = with_vehicle(endpoint, work)
     write_plan(plan, file)
     show(console, f"downloaded from system {downloaded_from}: {summary(plan)}: {file}")
     if json is not None:

@@ -10,9 +10,9 @@ from rich.console import Console
 from companion.autopilot import detect
 from companion.cli import options
 from companion.cli.display import FlightDisplay
+from companion.cli.endpoint import Endpoint, with_vehicle
 from companion.cli.flying import STOPPED, show
 from companion.cli.mission import summary, transfer_bar
-from companion.cli.place import Place, with_vehicle
 from companion.cli.result_file import write_result
 from companion.errors import InputError
 from companion.link import Connection, start_telemetry
@@ -45,10 +45,10 @@ def start(
     plan = None if file is None else read_plan(file)
     if json is not None:
         options.writable(json)
-    place = Place(connect, system_id, options.signing_key(signing_key))
+    endpoint = Endpoint(connect, system_id, options.signing_key(signing_key))
     console = Console()
     try:
-        reached = with_vehicle(place, lambda connection: _start(connection, plan, wait, console))
+        reached = with_vehicle(endpoint, lambda connection: _start(connection, plan, wait, console))
     except KeyboardInterrupt:
         raise typer.Exit(STOPPED) from None
     if json is not None:

@@ -7,9 +7,9 @@ import typer
 from rich.console import Console
 
 from companion.cli import options
+from companion.cli.endpoint import Endpoint, with_vehicle
 from companion.cli.flying import STOPPED, show
 from companion.cli.mission import counts, summary, transfer_bar
-from companion.cli.place import Place, with_vehicle
 from companion.cli.result_file import write_result
 from companion.link import Connection
 from companion.mission.files import read_plan
@@ -32,7 +32,7 @@ def upload(
     plan = read_plan(file)
     if json is not None:
         options.writable(json)
-    place = Place(connect, system_id, options.signing_key(signing_key))
+    endpoint = Endpoint(connect, system_id, options.signing_key(signing_key))
     console = Console()
 
     async def work(connection: Connection) -> int:
@@ -42,7 +42,7 @@ def upload(
         return connection.system_id
 
     try:
-        uploaded_to = with_vehicle(place, work)
+        uploaded_to = with_vehicle(endpoint, work)
     except KeyboardInterrupt:
         raise typer.Exit(STOPPED) from None
     show(console, f"uploaded to system {uploaded_to} and verified: {summary(plan)}")

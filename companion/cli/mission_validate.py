@@ -9,9 +9,9 @@ from rich.console import Console
 
 from companion.autopilot import detect
 from companion.cli import options
+from companion.cli.endpoint import Endpoint, with_vehicle
 from companion.cli.flying import show
 from companion.cli.mission import counts, summary
-from companion.cli.place import Place, with_vehicle
 from companion.cli.result_file import write_result
 from companion.errors import InputError
 from companion.flight.guard import GuardLimits
@@ -53,8 +53,8 @@ def validate(
     limit_m = GuardLimits().max_distance_m if max_distance is None else max_distance
     findings = [check_plan(plan)]
     if connect is not None:
-        place = Place(connect, system_id, options.signing_key(signing_key))
-        findings += with_vehicle(place, lambda connection: _by_vehicle(connection, plan, limit_m))
+        endpoint = Endpoint(connect, system_id, options.signing_key(signing_key))
+        findings += with_vehicle(endpoint, lambda connection: _by_vehicle(connection, plan, limit_m))
     elif plan.home is not None:
         findings.append(check_places(plan, planned_site(plan), plan.fence, "plan", limit_m))
     faults = [fault for each in findings for fault in each.faults]

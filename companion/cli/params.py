@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
 from companion.autopilot import Identity, identify
-from companion.cli.place import Place, with_vehicle
+from companion.cli.endpoint import Endpoint, with_vehicle
 from companion.errors import InputError
 from companion.link import Connection
 from companion.link.parameter_encoding import Parameter, parameter_encoding
@@ -26,8 +26,8 @@ class Found:
     parameters: Mapping[str, Parameter]
 
 
-def read_vehicle(place: Place, console: Console) -> Found:
-    """The parameters of the vehicle at `place`; raises as `connect` and `list_parameters`."""
+def read_vehicle(endpoint: Endpoint, console: Console) -> Found:
+    """The parameters of the vehicle at `endpoint`; raises as `connect` and `list_parameters`."""
 
     async def read(connection: Connection) -> Found:
         encoding = await parameter_encoding(connection)
@@ -35,7 +35,7 @@ def read_vehicle(place: Place, console: Console) -> Found:
             parameters = await list_parameters(connection, encoding, progress=show)
         return Found(connection.system_id, await identify(connection), parameters)
 
-    return with_vehicle(place, read)
+    return with_vehicle(endpoint, read)
 
 
 def read_file(path: Path, console: Console) -> list[FileParameter]:

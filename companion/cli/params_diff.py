@@ -11,9 +11,9 @@ from rich.console import Console
 from rich.table import Table
 
 from companion.cli import options
+from companion.cli.endpoint import Endpoint
 from companion.cli.flying import show
 from companion.cli.params import read_file, read_vehicle
-from companion.cli.place import Place
 from companion.cli.result_file import write_result
 from companion.link.parameter_changes import Difference, differences
 from companion.link.parameter_encoding import Number
@@ -39,7 +39,7 @@ def diff(
         options.writable(json)
     console = Console()
     key = options.signing_key(signing_key)
-    before, after = (_values(Place(each, system_id, key), console) for each in (a, b))
+    before, after = (_values(Endpoint(each, system_id, key), console) for each in (a, b))
     found = differences(before, after)
     show(console, f"A: {a}", f"B: {b}")
     both = [each for each in found if each.before is not None and each.after is not None]
@@ -50,11 +50,11 @@ def diff(
         write_result([asdict(each) for each in found], json)
 
 
-def _values(place: Place, console: Console) -> Mapping[str, Number]:
-    if "://" in place.url:
-        found = read_vehicle(place, console)
+def _values(endpoint: Endpoint, console: Console) -> Mapping[str, Number]:
+    if "://" in endpoint.url:
+        found = read_vehicle(endpoint, console)
         return {name: each.value for name, each in found.parameters.items()}
-    return {each.name: each.value for each in read_file(Path(place.url), console)}
+    return {each.name: each.value for each in read_file(Path(endpoint.url), console)}
 
 
 def _table(differing: Sequence[Difference]) -> Table:

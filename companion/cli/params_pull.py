@@ -7,9 +7,9 @@ import typer
 from rich.console import Console
 
 from companion.cli import options
+from companion.cli.endpoint import Endpoint
 from companion.cli.flying import show
 from companion.cli.params import read_vehicle
-from companion.cli.place import Place
 from companion.link.parameter_file import write_parameter_file
 
 _STACKS = {"PX4": "PX4 Pro", "ArduPilot": "ArduPilot"}
@@ -26,9 +26,9 @@ def pull(
     Example: companion params pull mine.params --connect udpin://0.0.0.0:14540
     """
     options.writable(file)
-    place = Place(connect, system_id, options.signing_key(signing_key))
+    endpoint = Endpoint(connect, system_id, options.signing_key(signing_key))
     console = Console()
-    found = read_vehicle(place, console)
+    found = read_vehicle(endpoint, console)
     stack, version = found.identity.autopilot, found.identity.version
     about = [f"Stack: {_STACKS.get(stack, stack)}", "Vehicle: Multi-Rotor"]
     if version is not None:

@@ -12,8 +12,8 @@ from rich.console import Console
 from rich.table import Table
 
 from companion.cli import options
+from companion.cli.endpoint import Endpoint, with_vehicle
 from companion.cli.params import progress_bar, read_file, read_vehicle
-from companion.cli.place import Place, with_vehicle
 from companion.cli.result_file import write_result
 from companion.errors import InputError, RefusedError
 from companion.link import Connection
@@ -45,10 +45,10 @@ def push(
     """
     if json is not None:
         options.writable(json)
-    place = Place(connect, system_id, options.signing_key(signing_key))
+    endpoint = Endpoint(connect, system_id, options.signing_key(signing_key))
     console = Console()
     wanted = read_file(file, console)
-    found = read_vehicle(place, console)
+    found = read_vehicle(endpoint, console)
     changes = changes_to(found.parameters, wanted, file)
     if changes:
         console.print(_table(found.parameters, changes))
@@ -59,7 +59,7 @@ def push(
         if not (yes or _agreed(len(changes))):
             console.print("nothing was set")
             return
-        refused = _set(replace(place, system_id=found.system_id), changes, console)
+        refused = _set(replace(endpoint, system_id=found.system_id), changes, console)
         console.print(f"{len(changes) - len(refused)} of {len(changes)} set and verified")
     if json is not None:
         write_result(_result(found.parameters, changes, refused, dry_run), json)
@@ -74,7 +74,7 @@ def _agreed(count: int) -> bool:
     return typer.confirm(f"Set {count} parameters?")
 
 
-def _set(place: Place, changes: Sequence[Parameter], console: Console) -> Mapping[str, str]:
+def _set(endpoint: Endpoint, changes: Sequence[Parameter], console: Console) -> Mapping[str, str]:
     async def work(connection: Connection) -> Mapping[str, str]:
         encoding = await parameter_encoding(connection)
         with progress_bar(console, "setting parameters") as show:
@@ -82,7 +82,7 @@ def _set(place: Place, changes: Sequence[Parameter], console: Console) -> Mappin
                 connection, changes, encoding, progress=lambda done: show(done, len(changes))
             )
 
-    return with_vehicle(place, work)
+    return with_vehicle(endpoint, work)
 
 
 def _table(vehicle: Mapping[str, Parameter], changes: Sequence[Parameter]) -> Table:

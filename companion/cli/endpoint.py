@@ -1,4 +1,4 @@
-"""Where a vehicle is, for commands that talk to one without flying it."""
+"""How to reach a vehicle, for commands that talk to one without flying it."""
 
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
@@ -13,8 +13,8 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
-    """Where a vehicle is.
+class Endpoint:
+    """How to reach a vehicle.
 
     Attributes:
         url: connection string.
@@ -27,12 +27,12 @@ class Place:
     signing: SigningKey | None = None
 
 
-def with_vehicle(place: Place, work: Callable[[Connection], Awaitable[T]]) -> T:
-    """What `work` makes of a connection to the vehicle at `place`; raises as `connect`."""
-    address = parse_address(place.url)
+def with_vehicle(endpoint: Endpoint, work: Callable[[Connection], Awaitable[T]]) -> T:
+    """What `work` makes of a connection to the vehicle at `endpoint`; raises as `connect`."""
+    address = parse_address(endpoint.url)
 
     async def connected() -> T:
-        async with connect(address, system_id=place.system_id, signing=place.signing) as connection:
+        async with connect(address, system_id=endpoint.system_id, signing=endpoint.signing) as connection:
             return await work(connection)
 
     return clock.run(connected(), virtual=isinstance(address, Simulated))
