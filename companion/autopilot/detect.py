@@ -37,11 +37,13 @@ class Identity:
         autopilot: name of the autopilot software.
         version: of the software, such as 1.16.0; None when it does not tell.
         takes_setpoints: whether it takes position setpoints; None when it does not tell.
+        uid: of the flight controller, in hexadecimal; None when it does not tell.
     """
 
     autopilot: str
     version: str | None = None
     takes_setpoints: bool | None = None
+    uid: str | None = None
 
 
 async def identify(connection: Connection) -> Identity:
@@ -59,6 +61,7 @@ async def identify(connection: Connection) -> Identity:
         takes_setpoints=bool(
             told.capabilities & mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
         ),
+        uid=_uid(told),
     )
 
 
@@ -81,3 +84,10 @@ async def detect(connection: Connection, telemetry: Telemetry) -> Autopilot:
     if identity.takes_setpoints is False:
         raise FlightError(f"this {identity.autopilot} takes no position setpoints: it needs another build")
     return make(connection, telemetry)
+
+
+def _uid(told: mavlink.MAVLink_autopilot_version_message) -> str | None:
+    long = bytes(told.uid2)
+    if any(long):
+        return long.rstrip(b"\0").hex()
+    return f"{told.uid:x}" if told.uid else None

@@ -92,7 +92,6 @@ async def examine(
         identity=identity,
         vehicle_type=_type_name(beat.type),
         is_multirotor=beat.type in MULTIROTORS,
-        uid=await _uid(connection),
         mode=mode,
         armed=_armed(connection),
         seconds=clock.now() - traffic.began_s,
@@ -152,18 +151,6 @@ async def _complaints(connection: Connection) -> list[str]:
     finally:
         unsubscribe()
     return list(dict.fromkeys(line.text for line in lines if line.severity <= _REASON_SEVERITY))
-
-
-async def _uid(connection: Connection) -> str | None:
-    """The flight controller's own number, in hexadecimal."""
-    try:
-        told = await request_message(connection, mavlink.MAVLink_autopilot_version_message)
-    except NoReplyError:
-        return None
-    long = bytes(told.uid2)
-    if any(long):
-        return long.rstrip(b"\0").hex()
-    return f"{told.uid:x}" if told.uid else None
 
 
 def _armed(connection: Connection) -> bool:

@@ -124,7 +124,6 @@ class Observation:
         identity: its autopilot.
         vehicle_type: MAV_TYPE in words.
         is_multirotor: whether that is one.
-        uid: of the flight controller.
         mode: flight mode, by the autopilot's name.
         armed: whether the motors may turn.
         seconds: how long was measured (s).
@@ -151,7 +150,6 @@ class Observation:
     armed: bool
     seconds: float
     waited_s: float = 0.0
-    uid: str | None = None
     streams: Mapping[str, Stream] = field(default_factory=dict)
     losses: Mapping[tuple[int, int], Loss] = field(default_factory=dict)
     stray_bytes: int = 0

@@ -15,7 +15,7 @@ _NEAR_REJECTION = 0.8
 def identity(seen: Observation) -> Iterator[Finding]:
     """It is a multirotor that this program flies."""
     told = f"{seen.identity.autopilot} {seen.identity.version or 'of unknown version'}, {seen.vehicle_type}"
-    told += f", system {seen.system_id}" + (f", uid {seen.uid}" if seen.uid else "")
+    told += f", system {seen.system_id}" + (f", uid {seen.identity.uid}" if seen.identity.uid else "")
     if seen.identity.autopilot not in _FLOWN:
         yield stops("vehicle", told, f"connect to one of {' or '.join(_FLOWN)}")
     elif not seen.is_multirotor:

@@ -10,10 +10,9 @@ from companion.doctor.observation import Estimator, Health, Loss, RoundTrips, St
 _STREAMS = {"LOCAL_POSITION_NED": Stream(98.0, 0.002, 0.03), "ATTITUDE": Stream(98.0, 0.002, 0.03)}
 PX4 = Observation(
     system_id=1,
-    identity=Identity("PX4", "1.16.1", takes_setpoints=True),
+    identity=Identity("PX4", "1.16.1", takes_setpoints=True, uid="5"),
     vehicle_type="quadrotor",
     is_multirotor=True,
-    uid="5",
     mode="AUTO.LOITER",
     armed=False,
     seconds=10.0,

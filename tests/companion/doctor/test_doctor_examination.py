@@ -42,7 +42,11 @@ def test_a_vehicle_that_boots_is_waited_for() -> None:
     assert stopping(seen) == set()
     assert 24.0 < seen.waited_s < 30.0
     assert any("waiting for the estimator's horizontal position" in line for line in announced)
-    assert (seen.identity.autopilot, seen.identity.version, seen.uid) == ("ArduPilot", "4.6.0", "abc")
+    assert (seen.identity.autopilot, seen.identity.version, seen.identity.uid) == (
+        "ArduPilot",
+        "4.6.0",
+        "abc",
+    )
     assert (seen.mode, seen.armed, seen.vehicle_type) == ("STABILIZE", False, "quadrotor")
     assert (seen.health.battery, seen.health.gps_fix, seen.health.has_home) == (0.87, 3, True)
     assert seen.parameters == {"GUID_TIMEOUT": 3.0, "ARMING_CHECK": 1.0}
