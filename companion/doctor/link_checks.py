@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from companion.doctor.finding import Finding, fine, stops, warns
-from companion.doctor.observation import Observation
+from companion.doctor.observation import Observation, Peer
 from companion.link.dialect import mavlink
 
 _SLOWEST_HZ, _SLOW_HZ = 10.0, 30.0
@@ -97,7 +97,7 @@ def signing(seen: Observation) -> Iterator[Finding]:
 
 def others(seen: Observation) -> Iterator[Finding]:
     """Nobody else on the link is in the way."""
-    vehicles = sorted({peer.system_id for peer in seen.peers if _is_autopilot(peer.autopilot)})
+    vehicles = sorted({peer.system_id for peer in seen.peers if _is_vehicle(peer)})
     if len(vehicles) > 1 and not seen.chosen:
         listed = ", ".join(map(str, vehicles))
         yield warns("vehicles", f"systems {listed} speak here", f"say which: --system-id {seen.system_id}")
@@ -110,8 +110,10 @@ def others(seen: Observation) -> Iterator[Finding]:
         )
 
 
-def _is_autopilot(autopilot: int) -> bool:
-    return autopilot != mavlink.MAV_AUTOPILOT_INVALID
+def _is_vehicle(peer: Peer) -> bool:
+    """Whether it could be flown: ground stations, too, may heartbeat as MAV_AUTOPILOT_GENERIC."""
+    is_autopilot = peer.component_id == mavlink.MAV_COMP_ID_AUTOPILOT1
+    return is_autopilot and peer.autopilot != mavlink.MAV_AUTOPILOT_INVALID
 
 
 def _no_stream(name: str) -> str:

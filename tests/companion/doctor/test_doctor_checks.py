@@ -156,6 +156,11 @@ def test_a_vehicle_that_obeys_only_its_ground_station_obeys_its_own_components_t
     assert STOPS not in {finding.severity for finding in findings}
 
 
+def test_a_ground_station_that_heartbeats_carelessly_is_no_second_vehicle() -> None:
+    peers = (replace(OTHER_VEHICLE, system_id=1), replace(GROUND_STATION, autopilot=0))
+    assert "vehicles" not in {finding.topic for finding in judge(replace(PX4, peers=peers))}
+
+
 def test_a_vehicle_that_was_named_is_not_to_be_named() -> None:
     peers = (OTHER_VEHICLE, replace(OTHER_VEHICLE, system_id=1))
     findings = judge(replace(PX4, peers=peers, chosen=True))
