@@ -1,4 +1,4 @@
-"""A link that loses 5 % of all frames each way, doubles 2 %, delays 2 % behind later ones, with 50 ms jitter."""
+"""A link that loses 5 % of all frames each way, doubles 2 %, puts 2 % behind later ones; 50 ms of jitter."""
 
 import numpy as np
 import pytest

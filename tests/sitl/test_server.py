@@ -90,9 +90,7 @@ def arm_and_take_off(connection: Any) -> float:
 async def test_a_pymavlink_client_arms_and_takes_off() -> None:
     open_vehicle("bebop2").advance(0.01)  # compiled before anybody waits
     vehicle = open_vehicle("bebop2")
-    connection: Any = mavutil.mavlink_connection(
-        "udpin:127.0.0.1:0", source_system=245
-    )
+    connection: Any = mavutil.mavlink_connection("udpin:127.0.0.1:0", source_system=245)
     try:
         async with served(vehicle, Endpoint(OFFBOARD, 0, connection.port.getsockname())):
             assert await asyncio.to_thread(arm_and_take_off, connection) > 1.0
