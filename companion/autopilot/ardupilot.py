@@ -1,11 +1,13 @@
 """ArduPilot Copter: GUIDED as https://ardupilot.org/dev/docs/copter-commands-in-guided-mode.html has it."""
 
+from typing import ClassVar
+
 from companion import clock
 from companion.arrays import Vec3
 from companion.autopilot import steps
 from companion.autopilot.flight_modes import HOLD_ATTEMPTS, FlightModes
 from companion.autopilot.interface import MotionLimits
-from companion.autopilot.position_loop import PositionLoop, read_position_loop
+from companion.autopilot.position_loop import PositionLoop, loop_of, read_position_loop
 from companion.autopilot.setpoint import position_target
 from companion.errors import NoReplyError, RefusedError
 from companion.link.command import command, request_message
@@ -51,7 +53,6 @@ _LOOP_GAINS = (
     ("PSC_POSXY_P", "PSC_POSZ_P", "PSC_VELXY_P", "PSC_VELZ_P"),
     ("PSC_NE_POS_P", "PSC_D_POS_P", "PSC_NE_VEL_P", "PSC_D_VEL_P"),  # names from version 4.7 on
 )
-_USUAL_LOOP_GAINS = (1.0, 1.0, 2.0, 5.0)
 _SHAPED = 1.6
 """GUIDED smooths what it is sent within limits of jerk, which leaves less room for corrections than the gains
 say: the simulated vehicle begins to swing at a stiffness that PX4 still bears (docs/decisions.md)."""
@@ -62,12 +63,18 @@ def mode_name(custom_mode: int) -> str:
     return _MODE_NAMES.get(custom_mode, f"mode {custom_mode}")
 
 
+def _shaped(loop: PositionLoop) -> PositionLoop:
+    return PositionLoop(_SHAPED * loop.stiffness_1_s2, _SHAPED * loop.damping_1_s)
+
+
 class ArduPilot:
     """A multirotor that ArduPilot flies, as an `Autopilot`.
 
     When setpoints with a velocity stop, the vehicle goes on for GUID_TIMEOUT (3 s unless set), then stops
     and stays in GUIDED.
     """
+
+    usual_position_loop: ClassVar[PositionLoop] = _shaped(loop_of((1.0, 1.0, 2.0, 5.0)))
 
     def __init__(self, connection: Connection, telemetry: Telemetry) -> None:
         self._connection = connection
@@ -102,8 +109,7 @@ class ArduPilot:
 
     async def position_loop(self) -> PositionLoop:
         """PSC_POSXY_P and PSC_POSZ_P over PSC_VELXY_P and PSC_VELZ_P, as felt behind GUIDED's shaping."""
-        loop = await read_position_loop(self._connection, _LOOP_GAINS, _USUAL_LOOP_GAINS)
-        return PositionLoop(_SHAPED * loop.stiffness_1_s2, _SHAPED * loop.damping_1_s)
+        return _shaped(await read_position_loop(self._connection, _LOOP_GAINS))
 
     async def setpoint_timeout_s(self) -> float:
         """GUID_TIMEOUT: after it the vehicle stops where it is, and stays in GUIDED."""

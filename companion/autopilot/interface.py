@@ -7,7 +7,7 @@ and the autopilot's own failsafe acts.
 
 import math
 from dataclasses import dataclass
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 from companion.arrays import Vec3
 from companion.autopilot.position_loop import PositionLoop
@@ -37,6 +37,9 @@ class Autopilot(Protocol):
     follow in time, and TakenError when someone else takes the vehicle meanwhile.
     """
 
+    usual_position_loop: ClassVar[PositionLoop]
+    """That of the autopilot's default parameters."""
+
     @property
     def mode(self) -> str:
         """The flight mode, by the autopilot's own name."""
@@ -57,7 +60,7 @@ class Autopilot(Protocol):
         ...
 
     async def position_loop(self) -> PositionLoop:
-        """How strongly it answers to setpoints, as its parameters have it; its usual one if it tells none."""
+        """How strongly it answers to setpoints, as its parameters have it."""
         ...
 
     async def setpoint_timeout_s(self) -> float:

@@ -30,15 +30,15 @@ def loop_of(gains: Sequence[float]) -> PositionLoop:
     return PositionLoop(damping * np.array([position, position, position_z]), damping)
 
 
-async def read_position_loop(
-    connection: Connection, namings: Sequence[Sequence[str]], usual: Sequence[float]
-) -> PositionLoop:
-    """By the first names that the vehicle answers for; of the `usual` gains where it answers for none.
+async def read_position_loop(connection: Connection, namings: Sequence[Sequence[str]]) -> PositionLoop:
+    """By the first names that the vehicle answers for.
 
     Args:
         connection: to the vehicle.
         namings: names of the four gains, in the order of `loop_of`, of one version or another.
-        usual: the autopilot's own defaults.
+
+    Raises:
+        NoReplyError: it answers for none, or with gains that make no loop.
     """
     for names in namings:
         try:
@@ -47,4 +47,4 @@ async def read_position_loop(
             continue
         if all(0.0 < gain < np.inf for gain in gains):
             return loop_of(gains)
-    return loop_of(usual)
+    raise NoReplyError(f"the vehicle tells no gains of its position loop ({', '.join(namings[0])})")

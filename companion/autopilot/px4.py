@@ -2,13 +2,14 @@
 
 import asyncio
 import math
+from typing import ClassVar
 
 from companion import clock
 from companion.arrays import Vec3
 from companion.autopilot import steps
 from companion.autopilot.flight_modes import HOLD_ATTEMPTS, FlightModes
 from companion.autopilot.interface import MotionLimits
-from companion.autopilot.position_loop import PositionLoop, read_position_loop
+from companion.autopilot.position_loop import PositionLoop, loop_of, read_position_loop
 from companion.autopilot.setpoint import position_target
 from companion.errors import RefusedError
 from companion.link.command import command, request_message
@@ -24,7 +25,6 @@ _LOSS_TIMEOUT_S = 1.0
 _NAN = math.nan
 
 _LOOP_GAINS = ("MPC_XY_P", "MPC_Z_P", "MPC_XY_VEL_P_ACC", "MPC_Z_VEL_P_ACC")
-_USUAL_LOOP_GAINS = (0.95, 1.0, 1.8, 4.0)
 
 
 def _custom_mode(main: int, sub: int) -> int:
@@ -60,6 +60,8 @@ def mode_name(custom_mode: int) -> str:
 class Px4:
     """A vehicle that PX4 flies, as an `Autopilot`."""
 
+    usual_position_loop: ClassVar[PositionLoop] = loop_of((0.95, 1.0, 1.8, 4.0))
+
     def __init__(self, connection: Connection, telemetry: Telemetry) -> None:
         self._connection = connection
         self._telemetry = telemetry
@@ -89,7 +91,7 @@ class Px4:
 
     async def position_loop(self) -> PositionLoop:
         """MPC_XY_P and MPC_Z_P over MPC_XY_VEL_P_ACC and MPC_Z_VEL_P_ACC."""
-        return await read_position_loop(self._connection, (_LOOP_GAINS,), _USUAL_LOOP_GAINS)
+        return await read_position_loop(self._connection, (_LOOP_GAINS,))
 
     async def setpoint_timeout_s(self) -> float:
         """COM_OF_LOSS_T: then it does COM_OBL_RC_ACT, and goes back to OFFBOARD at the next setpoint."""

@@ -10,7 +10,8 @@ from typing import TypeAlias
 from companion import clock
 from companion.arrays import Vec3
 from companion.autopilot import Autopilot
-from companion.errors import FlightError, GapError, ImpromptuError, TakenError
+from companion.autopilot.position_loop import PositionLoop
+from companion.errors import FlightError, GapError, ImpromptuError, NoReplyError, TakenError
 from companion.flight.approach import joining, rest_at, rest_to_rest
 from companion.flight.guard import Clip, GuardLimits
 from companion.flight.heading import YawMode
@@ -190,7 +191,7 @@ class _Flight:
         """From wherever the vehicle is to the end of the trajectory, and into a hold."""
         timeout_s = await self.autopilot.setpoint_timeout_s()
         if self.plan.correction is not None:
-            self.plan.correction.loop = await self.autopilot.position_loop()
+            self.plan.correction.loop = await self._position_loop()
         home = await self._into_the_air()
         state = await self.telemetry.next_state()
         stream = SetpointStream(
@@ -238,6 +239,14 @@ class _Flight:
             self.note("the vehicle holds")
         except (ImpromptuError, TimeoutError) as error:
             self.note(f"could not be told to hold ({error}): without setpoints its own failsafe acts")
+
+    async def _position_loop(self) -> PositionLoop:
+        """The autopilot's own, or the usual one of its kind."""
+        try:
+            return await self.autopilot.position_loop()
+        except NoReplyError as unknown:
+            self.note(f"{unknown}: its defaults assumed")
+            return self.autopilot.usual_position_loop
 
     async def _into_the_air(self) -> Vec3:
         """The vehicle's takeoff point (NED, m)."""

@@ -8,6 +8,7 @@ from companion import clock
 from companion.autopilot.ardupilot import ArduPilot
 from companion.autopilot.position_loop import PositionLoop
 from companion.autopilot.px4 import Px4
+from companion.errors import NoReplyError
 
 
 def loop(vehicle: FakePx4, parameters: dict[str, float]) -> PositionLoop:
@@ -36,12 +37,12 @@ def test_px4s_is_position_gain_over_velocity_gain() -> None:
 )
 def test_ardupilots_is_found_by_its_old_and_new_names(names: tuple[str, ...]) -> None:
     told = loop(FakeArduPilot(), dict(zip(names, (2.0, 1.0, 2.0, 10.0), strict=True)))
-    usual = loop(FakeArduPilot(), {})
+    usual = ArduPilot.usual_position_loop
     np.testing.assert_allclose(told.stiffness_1_s2 / usual.stiffness_1_s2, [2.0, 2.0, 2.0])
     np.testing.assert_allclose(told.damping_1_s / usual.damping_1_s, [1.0, 1.0, 2.0])
 
 
 @pytest.mark.parametrize("gain", [0.0, -1.0, np.nan])
 def test_gains_that_make_no_loop_are_not_believed(gain: float) -> None:
-    gains = {"MPC_XY_P": gain, "MPC_Z_P": 1.0, "MPC_XY_VEL_P_ACC": 3.0, "MPC_Z_VEL_P_ACC": 4.0}
-    np.testing.assert_array_equal(loop(FakePx4(), gains).stiffness_1_s2, loop(FakePx4(), {}).stiffness_1_s2)
+    with pytest.raises(NoReplyError, match=r"tells no gains of its position loop \(MPC_XY_P"):
+        loop(FakePx4(), {"MPC_XY_P": gain, "MPC_Z_P": 1.0, "MPC_XY_VEL_P_ACC": 3.0, "MPC_Z_VEL_P_ACC": 4.0})
