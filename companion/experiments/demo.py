@@ -32,8 +32,8 @@ LEGEND: dict[str, str] = {
     Strategy.FEEDFORWARD: "sends its acceleration too",
     Strategy.LOOKAHEAD: "sends position and velocity a constant time early",
     Strategy.DNN: f"sends what {SOURCE}'s inverse network says",
-    Strategy.GP: "is feedforward, corrected by a model of the last ten seconds of flight",
-    Strategy.DNN_GP: "goes part of the way from there to dnn, corrected likewise",
+    Strategy.GP: "is feedforward, somewhat early, corrected by a model of the last ten seconds of flight",
+    Strategy.DNN_GP: "goes part of the way from there to what the network says, likewise",
 }
 
 
