@@ -26,6 +26,11 @@ _LONGEST_GAP_S = 0.2
 _RECENT_S = 0.1
 """Over so long the vehicle's acceleration and drift are averaged: the estimator's steps are shorter."""
 _USUAL_LOOP = loop_of((0.95, 1.0, 1.8, 4.0))
+_BEARABLE_LATENESS_S = 0.03
+"""Of telemetry: up to it the gains are as they are set."""
+_LOOP_DELAY_S = 0.1
+"""About what a multirotor takes from a setpoint to its acceleration. The stiffness that a loop bears goes
+with the inverse square of its delay."""
 _UNKNOWN = np.full(6, np.nan)
 _DRIFT_WEIGHT = 2.0
 """An estimate that moves beside its own velocity says that this velocity is wrong. The model is told so, and
@@ -53,11 +58,13 @@ class OnlineCorrection:
     Attributes:
         settings: all that it needs to be told.
         loop: the autopilot's own; PX4's by default, until a flight has asked for it.
+        lateness_s: how late telemetry is, on the average (s).
     """
 
     def __init__(self, settings: OnlineSettings, loop: PositionLoop = _USUAL_LOOP) -> None:
         self.settings = settings
         self.loop = loop
+        self.lateness_s = 0.0
         self._model = online_model(settings)
         self._confidence = Confidence(settings.caution, settings.memory)
         self._velocity_confidence = Confidence(settings.velocity_caution, settings.memory)
@@ -68,6 +75,7 @@ class OnlineCorrection:
     def observe(self, state: VehicleState) -> None:
         """Take in where the vehicle was; steps whose outcome is now known become observations."""
         self._flown.append(state)
+        self.lateness_s += (state.received_s - state.time_s - self.lateness_s) / self.settings.memory
         while self._awaiting and self._awaiting[0].time_s + self.settings.preview.longest_s <= state.time_s:
             self._learn(self._awaiting.popleft())
 
@@ -83,13 +91,14 @@ class OnlineCorrection:
         predicted = self._model.predict(self._step(u1, trajectory, time_s, state))
         if not len(self._model):
             return OnlineStep(Correction(), predicted, np.zeros(3))
+        loop = self._felt_loop()
         self._confidence.expect(predicted.error)
         self._velocity_confidence.expect(predicted.velocity_error)
         alpha = self._confidence.share * adaptation_gain(
-            self.settings.gain, predicted.gradient, self.loop.stiffness_1_s2
+            self.settings.gain, predicted.gradient, loop.stiffness_1_s2
         )
         u2 = limit_length(alpha * predicted.error, self.settings.longest_m)
-        velocity = self._velocity_correction(u2, predicted)
+        velocity = self._velocity_correction(u2, predicted, loop)
         self._previous_u2 = u2
         return OnlineStep(Correction(u2, velocity), predicted, alpha)
 
@@ -111,12 +120,18 @@ class OnlineCorrection:
             innovation = velocity - sent.predicted.velocity
             self._velocity_confidence.compare(np.concatenate((innovation, _DRIFT_WEIGHT * sent.step.drift)))
 
-    def _velocity_correction(self, u2: Vec3, predicted: PredictedError) -> Vec3:
+    def _felt_loop(self) -> PositionLoop:
+        """The autopilot's loop as a late link makes it: the later, the less correction it bears."""
+        late_s = 2.0 * max(self.lateness_s - _BEARABLE_LATENESS_S, 0.0)
+        slower = 1.0 + late_s / _LOOP_DELAY_S
+        return PositionLoop(self.loop.stiffness_1_s2 * slower**2, self.loop.damping_1_s * slower)
+
+    def _velocity_correction(self, u2: Vec3, predicted: PredictedError, loop: PositionLoop) -> Vec3:
         match self.settings.velocity:
             case "finite_difference":
                 return velocity_correction(u2, self._previous_u2, self.settings.sample_time_s)
             case "predicted":
-                gain = self._velocity_confidence.share * self.settings.damping_1_s / self.loop.damping_1_s
+                gain = self._velocity_confidence.share * self.settings.damping_1_s / loop.damping_1_s
                 return gain * predicted.velocity_error
             case "uncorrected":
                 return np.zeros(3)

@@ -1,5 +1,7 @@
 """The online module on a vehicle that moves as told, late and too little."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -88,6 +90,22 @@ def test_the_correction_keeps_to_its_length() -> None:
         short.sent(u1, trajectory, k * STEP_S, state)
         longest_m = max(longest_m, float(np.linalg.norm(u2)))
     assert longest_m == pytest.approx(0.01)
+
+
+def test_a_late_link_bears_less_correction() -> None:
+    trajectory = _wave()
+    u1 = Reference(np.zeros(3), np.zeros(3))
+
+    def gain(lateness_s: float) -> Vec3:
+        correction = OnlineCorrection(DEFAULT)
+        for k in range(1000):
+            state = replace(_state(0.01 * k, np.zeros(3), np.zeros(3)), received_s=0.01 * k + lateness_s)
+            correction.observe(state)
+            correction.sent(u1, trajectory, state.time_s, state)
+        return correction.correct(u1, trajectory, state.time_s, state).alpha
+
+    np.testing.assert_array_equal(gain(0.02), gain(0.0))
+    np.testing.assert_allclose(gain(0.08), gain(0.0) / 4.0, rtol=1e-3)
 
 
 def test_a_motion_is_interpolated_but_not_across_gaps() -> None:
