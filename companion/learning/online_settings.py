@@ -90,7 +90,7 @@ DEFAULT = OnlineSettings(
     kernel=LinearKernel(prior_variance=1.0, noise_variance=0.02),
     form="motion",
     gain=StiffnessGain(stiffness_1_s2=24.0),
-    longest_m=0.7,
+    longest_m=0.95,  # within the guard's usual limit
     velocity="predicted",
     damping_1_s=10.0,
     lead=ReferenceLead(position_s=0.03, velocity_s=0.06, acceleration_s=0.15),
