@@ -3,7 +3,7 @@
 from companion.recording.card import Card, read_card
 from companion.recording.excerpt import cut
 from companion.recording.files import read_recording
-from companion.recording.mcap_file import McapWriter, write_recording
+from companion.recording.mcap_file import write_recording
 from companion.recording.metrics import TrackingAccuracy, tracking_accuracy
 from companion.recording.segments import Segment, Window
 from companion.recording.series import (
@@ -17,7 +17,6 @@ from companion.recording.series import (
 
 __all__ = [
     "Card",
-    "McapWriter",
     "Provenance",
     "Recording",
     "ReferenceSeries",
