@@ -2,7 +2,7 @@
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -20,6 +20,9 @@ from companion.experiments.linear.experiment import (
 )
 from companion.experiments.linear.online import PAPER_SETTINGS, OnlineSettings
 
+if TYPE_CHECKING:
+    from companion.experiments.linear.noise import NoiseFigures
+
 PAPER = Figures(baseline_rms=3.97, dnn_rms=0.44, dnn_gp_rms=9e-5, prediction_rms=2.9e-7)
 ROWS = {
     "baseline_rms": "tracking, baseline",
@@ -34,17 +37,25 @@ def linear(
     output: Annotated[Path, typer.Option(help="Directory of the plots.", file_okay=False)] = Path(
         "reports/linear"
     ),
-    seed: Annotated[int, typer.Option(help="Seed of the network's first weights and of the probe.")] = 0,
+    seed: Annotated[
+        int, typer.Option(help="Seed of the network's first weights, the probe, and the noise.")
+    ] = 0,
+    noise_draws: Annotated[
+        int, typer.Option(min=0, help="How often each level of measurement noise is drawn; 0: never.")
+    ] = 5,
 ) -> None:
     """Repeat the paper's simulation: one linear system's inverse network steers another, with the online GP.
+
+    Then once more with noise on every measurement, of 1e-4, 1e-3 and 1e-2 of the output's range.
 
     Example: companion bench linear --json linear.json
     """
     try:
+        from companion.experiments.linear.noise import noise_figures
         from companion.experiments.linear.plots import write_figures
     except ModuleNotFoundError as missing:
         raise InputError(
-            f"the plots need {missing.name}, which is not installed: pip install 'impromptu[bench]'"
+            f"the benchmark needs {missing.name}, which is not installed: pip install 'impromptu[bench]'"
         ) from missing
     output.mkdir(parents=True, exist_ok=True)
     if json is not None:
@@ -59,16 +70,24 @@ def linear(
         second_pair = evaluate(AMPLIFYING_TARGET, network, OnlineSettings(), seed=seed)
     with console.status("Running 20,000 steps with the paper's quadratic basis, without a probe"):
         paper_settings = evaluate(TARGET, network, PAPER_SETTINGS, seed=seed)
+    noisy, seeds = {}, range(seed, seed + noise_draws)
+    for name, target in {"paper's pair": TARGET, "second pair": AMPLIFYING_TARGET}.items():
+        with console.status(f"Running the {name} with noise, on all cores"):
+            noisy[name] = list(noise_figures(target, network, OnlineSettings(), seeds=seeds))
     plots = write_figures(pair, output, name="paper_pair")
     plots += write_figures(second_pair, output, name="second_pair")
 
     console.print(_table(pair.figures(), paper_settings.figures(), second_pair.figures()))
+    if noise_draws:
+        console.print(_noise_table(noisy))
     for plot in plots:
         console.print(f"plot: {plot}", soft_wrap=True)
     if json is not None:
         result = asdict(pair.figures()) | {
             "second_pair": asdict(second_pair.figures()),
             "quadratic_basis": asdict(paper_settings.figures()),
+            "noise": [asdict(figures) for figures in noisy["paper's pair"]],
+            "second_pair_noise": [asdict(figures) for figures in noisy["second pair"]],
             "seed": seed,
             "software": __version__,
         }
@@ -88,4 +107,17 @@ def _table(pair: Figures, quadratic: Figures, second_pair: Figures) -> Table:
         table.add_column(heading, justify="right")
     for key, title in ROWS.items():
         table.add_row(title, *(f"{getattr(figures, key):.3g}" for figures in columns.values()))
+    return table
+
+
+def _noise_table(noisy: dict[str, list["NoiseFigures"]]) -> Table:
+    table = Table(
+        title="RMS error under measurement noise (share of the output's range), medians of the draws"
+    )
+    for heading in ("", "noise", "baseline", "network", "network + GP", "worst GP / network", "not worse"):
+        table.add_column(heading, justify="right")
+    for name, rows in noisy.items():
+        for row in rows:
+            errors = (row.noise, row.baseline_rms, row.dnn_rms, row.dnn_gp_rms, row.worst_ratio)
+            table.add_row(name, *(f"{error:.3g}" for error in errors), f"{row.not_worse} of {row.draws}")
     return table

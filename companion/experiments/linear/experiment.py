@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from jaxtyping import Float
@@ -124,18 +125,29 @@ def evaluate(
     settings: OnlineSettings,
     *,
     steps: int = STEPS,
+    noise: float = 0.0,
     seed: int = 0,
 ) -> Outcome:
-    """Fly the paper's trajectory on `target` with each of the three strategies."""
+    """Fly the paper's trajectory on `target` with each of the three strategies.
+
+    Args:
+        target: the system that is flown.
+        network: of the source.
+        settings: of the online module.
+        steps: how long.
+        noise: standard deviation of the measurements, the same draw for each strategy.
+        seed: of the noise and of the probe.
+    """
     r = target.relative_degree
+    fly = partial(track, target, noise=noise, seed=seed)
     desired = desired_outputs(steps + r)
     online = OnlineCorrection(network, r, settings, seed=seed)
-    dnn_gp = track(target, desired, online)
+    dnn_gp = fly(desired, online)
     u1, predicted_error, alpha = np.array(online.corrections).T
     return Outcome(
         desired=desired[:steps],
-        baseline=track(target, desired, lambda _state, _output, y_d: y_d),
-        dnn=track(target, desired, lambda state, _output, y_d: network(state, y_d)),
+        baseline=fly(desired, lambda _state, _output, y_d: y_d),
+        dnn=fly(desired, lambda state, _output, y_d: network(state, y_d)),
         dnn_gp=dnn_gp,
         predicted_error=predicted_error,
         exact_error=desired[r:] - dnn_gp.states @ target.state_gain - target.input_gain * u1,

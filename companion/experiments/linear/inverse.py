@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TypeAlias
+from typing import Protocol, TypeAlias
 
 import numpy as np
 from jaxtyping import Float
@@ -18,6 +18,17 @@ TRAINING_RMS = 1e-5
 Layers: TypeAlias = list[tuple[Float[Array, "o i"], Float[Array, " o"]]]
 
 
+class Inverse(Protocol):
+    """An inverse of a source, as the online module takes it."""
+
+    @property
+    def inputs(self) -> int:
+        """How many inputs {x(k), y(k+r)} it has."""
+
+    def linearise(self, state: Float[Array, " n"], desired_output: float) -> tuple[float, Float[Array, " d"]]:
+        """The reference u1 and its derivatives with respect to the state and the desired output."""
+
+
 @dataclass(frozen=True, eq=False)
 class InverseNetwork:
     """A trained network; inputs and output are divided by their spread in training.
@@ -31,6 +42,11 @@ class InverseNetwork:
     layers: Layers
     input_scale: Float[Array, " d"]
     output_scale: float
+
+    @property
+    def inputs(self) -> int:
+        """How many inputs {x(k), y(k+r)} it has."""
+        return len(self.input_scale)
 
     def __call__(self, state: Float[Array, " n"], desired_output: float) -> float:
         """The reference u1 that takes the source from `state` to `desired_output` r steps later."""

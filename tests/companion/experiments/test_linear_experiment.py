@@ -10,6 +10,8 @@ import pytest
 
 from companion.cli import bench_linear
 from companion.errors import InputError
+from companion.experiments.backend import Backend
+from companion.experiments.linear import noise
 from companion.experiments.linear.experiment import (
     AMPLIFYING_TARGET,
     SOURCE,
@@ -80,8 +82,8 @@ def test_gain_is_estimated(network: InverseNetwork) -> None:
     assert outcome.alpha[0] == pytest.approx(1.0 / SOURCE.input_gain, abs=1e-3)
 
 
-def test_window_is_full_on_the_step_after_the_fifteenth_observation(outcome: Outcome) -> None:
-    assert outcome.window_full == 15
+def test_window_is_full_on_the_step_after_the_thirtieth_observation(outcome: Outcome) -> None:
+    assert outcome.window_full == 30
 
 
 def test_same_seed_gives_the_same_bits(network: InverseNetwork, outcome: Outcome) -> None:
@@ -102,18 +104,40 @@ def test_noise_reaches_the_strategy_but_not_the_returned_truth() -> None:
     assert np.std(seen) > 0.05
 
 
+@pytest.mark.parametrize("target", [TARGET, AMPLIFYING_TARGET])
+def test_under_noise_the_correction_is_never_worse_than_the_network_alone(
+    network: InverseNetwork, target: LinearSystem, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(noise, "LOCAL", Backend("sequential"))
+    rows = list(noise.noise_figures(target, network, OnlineSettings(), seeds=[0, 1], steps=400))
+    assert [row.noise for row in rows] == [1e-4, 1e-3, 1e-2]
+    for row in rows:
+        assert row.not_worse == row.draws == 2
+        assert row.worst_ratio <= 1.0
+        assert row.dnn_gp_rms < row.dnn_rms < row.baseline_rms
+
+
+def test_without_draws_there_are_no_figures(network: InverseNetwork) -> None:
+    assert not list(noise.noise_figures(TARGET, network, OnlineSettings(), seeds=[]))
+
+
 def test_command_writes_figures_and_plots(
     network: InverseNetwork, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("matplotlib")
     monkeypatch.setattr(bench_linear, "evaluate", partial(evaluate, steps=100))
+    monkeypatch.setattr(noise, "evaluate", lambda *given, steps, **also: evaluate(*given, steps=100, **also))
+    monkeypatch.setattr(noise, "LOCAL", Backend("sequential"))
     monkeypatch.setattr(bench_linear, "train_source_network", lambda seed: network)
-    bench_linear.linear(json=tmp_path / "new" / "linear.json", output=tmp_path / "plots", seed=0)
+    bench_linear.linear(
+        json=tmp_path / "new" / "linear.json", output=tmp_path / "plots", seed=0, noise_draws=1
+    )
 
     written = json.loads((tmp_path / "new" / "linear.json").read_text())
     keys = {"baseline_rms", "dnn_rms", "dnn_gp_rms", "prediction_rms"}
     assert keys | {"second_pair"} <= written.keys()
     assert written["second_pair"].keys() == keys
+    assert [row["draws"] for row in written["noise"]] == [1, 1, 1]
     assert len(list((tmp_path / "plots").glob("*.png"))) == 4
 
 
