@@ -8,10 +8,16 @@ machine allows, and the same way each time.
 import asyncio
 import selectors
 import time
-from collections.abc import Coroutine
-from typing import Any, TypeVar
+from collections.abc import Callable, Coroutine
+from concurrent.futures import Executor
+from typing import Any, TypeVar, TypeVarTuple
 
 T = TypeVar("T")
+R = TypeVar("R")
+Ts = TypeVarTuple("Ts")
+
+_VIRTUAL_EPOCH_S = 1_767_225_600.0
+"""2026-01-01, which is the simulated vehicles' date, too."""
 
 
 def now() -> float:
@@ -22,6 +28,12 @@ def now() -> float:
 def unix_time_s() -> float:
     """The wall's time (s since 1970), as wrong as this machine has it: for what must outlive the program."""
     return time.time()
+
+
+def epoch_s() -> float:
+    """The date (s since 1970) at the zero of the running loop's clock; the same for every virtual time."""
+    loop = asyncio.get_running_loop()
+    return _VIRTUAL_EPOCH_S if isinstance(loop, VirtualTimeLoop) else time.time() - loop.time()
 
 
 async def sleep_until(time_s: float) -> None:
@@ -40,6 +52,17 @@ class VirtualTimeLoop(asyncio.SelectorEventLoop):
     def time(self) -> float:
         """The virtual time in seconds since the loop was made."""
         return self._virtual_time_s
+
+    def run_in_executor(
+        self, executor: Executor | None, func: Callable[[*Ts], R], *args: *Ts
+    ) -> "asyncio.Future[R]":
+        """Run `func` at once: while another thread did it, the clock would jump on."""
+        future: asyncio.Future[R] = self.create_future()
+        try:
+            future.set_result(func(*args))
+        except Exception as error:
+            future.set_exception(error)
+        return future
 
     def jump(self, seconds: float) -> None:
         """Move the clock on by `seconds` (s, not negative)."""

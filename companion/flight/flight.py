@@ -13,10 +13,11 @@ from companion.autopilot import Autopilot
 from companion.autopilot.position_loop import PositionLoop
 from companion.errors import FlightError, GapError, ImpromptuError, NoReplyError, TakenError
 from companion.flight.approach import joining, rest_at, rest_to_rest
+from companion.flight.control import Control, ControlSettings
 from companion.flight.guard import Clip, GuardLimits
 from companion.flight.heading import YawMode
 from companion.flight.online_correction import OnlineCorrection
-from companion.flight.recorder import FlightRecorder
+from companion.flight.recorder import FlightRecorder, Recorder
 from companion.flight.strategies import ReferenceLaw, position_velocity
 from companion.flight.stream import SetpointStream
 from companion.flight.takeoff import Announce, home_of, is_flying, take_off
@@ -25,6 +26,7 @@ from companion.link.tasks import background_tasks
 from companion.link.telemetry import Telemetry
 from companion.recording.metrics import TrackingAccuracy, tracking_accuracy
 from companion.recording.series import Provenance, Recording
+from companion.state import VehicleState
 from companion.trajectory.trajectory import Trajectory
 
 ShowProgress: TypeAlias = Callable[[float, float], None]
@@ -106,7 +108,7 @@ async def fly(
     telemetry: Telemetry,
     *,
     provenance: Provenance,
-    recorder: FlightRecorder | None = None,
+    recorder: Recorder | None = None,
     announce: Announce = lambda text: None,
     progress: ShowProgress = lambda share, error_m: None,
 ) -> FlightOutcome:
@@ -177,7 +179,7 @@ class _Flight:
     plan: FlightPlan
     autopilot: Autopilot
     telemetry: Telemetry
-    recorder: FlightRecorder
+    recorder: Recorder
     announce: Announce
     progress: ShowProgress
     found_in: str = ""
@@ -194,15 +196,15 @@ class _Flight:
             self.plan.correction.loop = await self._position_loop()
         home = await self._into_the_air()
         state = await self.telemetry.next_state()
+        control = Control(
+            self._settings(home, state), Tracker(rest_at(state.position), clock.now()), self.recorder
+        )
         stream = SetpointStream(
             self.autopilot,
             self.telemetry,
-            self.recorder,
-            Tracker(rest_at(state.position), clock.now()),
-            home=home,
-            heading=self.plan.yaw.heading(float(state.attitude[2]), self.plan.period_s),
-            limits=self.plan.limits,
+            control,
             period_s=self.plan.period_s,
+            state_age_s=self.plan.limits.state_age_s,
             timeout_s=timeout_s,
         )
         trajectory = self.plan.trajectory.moved(home)
@@ -215,7 +217,7 @@ class _Flight:
             await self._track(tracker)
             self.note("holding")
             await self.autopilot.hold()
-        return _Tracked(trajectory, tracker.start_s, from_s, stream.clips)
+        return _Tracked(trajectory, tracker.start_s, from_s, control.clips)
 
     async def hand_back(self) -> None:
         """As the plan says, after the hold."""
@@ -247,6 +249,19 @@ class _Flight:
         except NoReplyError as unknown:
             self.note(f"{unknown}: its defaults assumed")
             return self.autopilot.usual_position_loop
+
+    def _settings(self, home: Vec3, state: VehicleState) -> ControlSettings:
+        """What the control loop is told, the takeoff point being `home` (NED, m)."""
+        loop = None if self.plan.correction is None else self.plan.correction.loop
+        return ControlSettings(
+            home=home.tolist(),
+            yaw=float(state.attitude[2]),
+            yaw_mode=self.plan.yaw,
+            period_s=self.plan.period_s,
+            limits=self.plan.limits,
+            stiffness_1_s2=None if loop is None else loop.stiffness_1_s2.tolist(),
+            damping_1_s=None if loop is None else loop.damping_1_s.tolist(),
+        )
 
     async def _into_the_air(self) -> Vec3:
         """The vehicle's takeoff point (NED, m)."""

@@ -28,6 +28,11 @@ class Stamped(NamedTuple):
 Frames: TypeAlias = Sequence[Stamped]
 
 
+def stamped(unix_s: float, frame: bytes) -> bytes:
+    """A frame as a telemetry log has it, received or sent at `unix_s` (Unix time, s)."""
+    return _STAMP.pack(round(unix_s * 1e6)) + frame
+
+
 def stamped_frames(log: bytes) -> Iterator[Stamped]:
     """The valid frames in `log`, in its order; whatever is none is passed over, a cut last frame too."""
     at = 0

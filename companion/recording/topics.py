@@ -22,6 +22,8 @@ from companion.recording.series import ReferenceSeries, StateSeries, TrackingSer
 
 Fields: TypeAlias = dict[str, Any]
 """What a message says besides its time."""
+Row: TypeAlias = Mapping[str, Array | float | None]
+"""Numbers and vectors by name; None where there is none."""
 Schema: TypeAlias = dict[str, Any]
 
 STATE, REFERENCE, TRACKING = "/state", "/reference", "/tracking"
@@ -73,7 +75,7 @@ _INFO = 2
 """`level` of a `foxglove.Log`."""
 
 
-def row(topic: str, values: Mapping[str, Array | float | None]) -> Fields:
+def row(topic: str, values: Row) -> Fields:
     """Numbers and vectors as a message of `topic`, without what is None or not finite."""
     fields: Fields = {}
     for name, value in values.items():

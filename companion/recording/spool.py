@@ -1,0 +1,69 @@
+"""A file that is written in the background, however slow the disk is, and whatever becomes of it."""
+
+import io
+import os
+import threading
+from collections import deque
+
+MOST_WAITING = 16 * 2**20
+"""Bytes that may wait for the disk: minutes of a flight."""
+
+
+class Spool:
+    """Takes bytes at once, and writes them when it is told to.
+
+    At every instant the file is the beginning of what was taken, without a gap: what a full disk did not take
+    waits. So somebody has to see that not too much does (`full`), and leave out as a whole what would be cut.
+
+    Args:
+        file: to be written, without a buffer of its own.
+        most_waiting: from so many waiting bytes on it is full.
+    """
+
+    def __init__(self, file: io.RawIOBase, most_waiting: int = MOST_WAITING) -> None:
+        self._file = file
+        self._most_waiting = most_waiting
+        self._waiting: deque[bytes] = deque()
+        self._taken = self._written = 0
+        self._writing = threading.Lock()
+
+    @property
+    def full(self) -> bool:
+        """Whether as much is waiting as may."""
+        return self._taken - self._written >= self._most_waiting
+
+    def write(self, data: bytes, /) -> int:
+        """Take `data`; returns its length."""
+        self._waiting.append(data)
+        self._taken += len(data)
+        return len(data)
+
+    def tell(self) -> int:
+        """How many bytes were taken."""
+        return self._taken
+
+    def flush(self) -> None:
+        """Nothing: `drain` writes."""
+
+    def drain(self) -> None:
+        """Write all that waits, and have the disk keep it; may take long, and be called from any thread.
+
+        Raises:
+            OSError: it cannot be written now; what was not written waits on.
+        """
+        with self._writing:
+            while self._waiting:
+                data = self._waiting[0]
+                count = self._file.write(data) or 0
+                self._written += count
+                # The other thread appends only.
+                if count < len(data):
+                    self._waiting[0] = data[count:]
+                else:
+                    self._waiting.popleft()
+            os.fsync(self._file.fileno())
+
+    def close(self) -> None:
+        """Close the file; what waits is lost."""
+        with self._writing:
+            self._file.close()
