@@ -22,6 +22,7 @@ COMMANDS = {
 BENCHMARKS = {
     "linear": "The paper's simulation: one linear system's inverse network steers another.",
     "quadrotor": "The paper's flights: one quadrotor's inverse network steers another.",
+    "transfer": "Every vehicle's inverse network on every other vehicle.",
     "fidelity": "Recordings of real vehicles against their simulated twins.",
 }
 MISSION = {

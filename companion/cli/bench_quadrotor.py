@@ -23,7 +23,7 @@ try:
     from companion.experiments.quadrotor import paper_comparison, rows_and_summary, summary_table
     from companion.experiments.report import write_report
     from companion.experiments.results import results_table
-    from companion.experiments.trajectories import limits_within, named_trajectories
+    from companion.experiments.trajectories import courses
 except ModuleNotFoundError as missing:
     raise InputError(
         f"the benchmark needs {missing.name}, which is not installed: pip install 'impromptu[bench]'"
@@ -31,12 +31,6 @@ except ModuleNotFoundError as missing:
 
 
 def quadrotor(
-    more: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="[TRAJECTORY]...", show_default=False, help="The same as --trajectories TRAJECTORY."
-        ),
-    ] = None,
     trajectories: Annotated[
         list[str] | None,
         typer.Option(
@@ -59,7 +53,9 @@ def quadrotor(
     ] = "ideal",
     preset: options.PresetOption = options.Preset.DEFAULT,
     size: options.Size = 3.0,
-    speed: options.Speed = None,
+    speed: Annotated[
+        list[float] | None, typer.Option(help="Peak speeds (m/s), each flown; 1.2 for drawings.")
+    ] = None,
     plane: options.PlaneOption = options.Plane.XZ,
     seed: options.Seed = 0,
     json: options.Json = None,
@@ -74,18 +70,20 @@ def quadrotor(
 
     Example: companion bench quadrotor --json quadrotor.json
 
+    Example: companion bench quadrotor --speed 0.6 1.2 2.0 --strategies feedforward,lookahead,dnn+gp
+
     Example: companion bench quadrotor --trajectories a.csv b.csv --conditions realistic --report reports/mine
     """
     if json is not None:
         options.writable(json)
     chosen = _chosen(strategies)
-    names = [*(trajectories or []), *(more or [])] or list(BENCHMARK_NAMES)
+    names = trajectories or list(BENCHMARK_NAMES)
     placement = Placement(size_m=size, plane=plane.value)
-    drawings = named_trajectories(names, placement, limits_within([source, target], speed))
+    drawings, slowed = courses(names, placement, [source, target], speed or [])
     console = Console()
     with console.status("Preparing the simulator (half a minute the first time) and measuring the lookahead"):
         comparison, notes = paper_comparison(
-            drawings,
+            [drawing.trajectory for drawing in drawings],
             source=source,
             target=target,
             model=model,
@@ -95,8 +93,8 @@ def quadrotor(
             online=preset.settings,
         )
     results = dict(track(comparison.fly(), "Flying", len(comparison), console=console, transient=True))
-    figures = rows_and_summary(comparison.contenders, results)
-    notes += failures(results)
+    figures = rows_and_summary(drawings, comparison.contenders, results)
+    notes += slowed + failures(results)
     of_strategies = {names: result for names, result in results.items() if names[1] in list(Strategy)}
     console.print(
         results_table(rms_errors(of_strategies)), summary_table(means(comparison.contenders, results))

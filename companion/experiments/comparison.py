@@ -4,10 +4,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
-from companion.experiments.contenders import Contender, Contenders
+from companion.experiments.contenders import Contenders
 from companion.experiments.flights import Flight
 from companion.experiments.results import BASELINE, Cell, RmsErrors, mean_cell
-from companion.experiments.simulated_flights import Failed, Flown, Result, Scenario, evaluate_all
+from companion.experiments.simulated_flights import Failed, Flown, Result, evaluate_all
 from companion.learning.online_settings import DEFAULT, OnlineSettings
 from companion.trajectory.trajectory import Trajectory
 
@@ -39,23 +39,11 @@ class Comparison:
     def fly(self) -> Iterator[tuple[tuple[str, str], Result]]:
         """Names of trajectory and contender with what came of their flight, in order, as flights end."""
         scenarios = {
-            (trajectory.name, name): self._scenario(trajectory, contender)
+            (trajectory.name, name): contender.scenario(trajectory, self.conditions, self.seed, self.online)
             for trajectory in self.trajectories
             for name, contender in self.contenders.items()
         }
         return zip(scenarios, evaluate_all(list(scenarios.values())), strict=True)
-
-    def _scenario(self, trajectory: Trajectory, contender: Contender) -> Scenario:
-        return Scenario(
-            trajectory,
-            contender.strategy,
-            vehicle=contender.vehicle,
-            conditions=self.conditions,
-            seed=self.seed,
-            network=None if contender.model is None else contender.model.network,
-            lookahead_s=contender.lookahead_s,
-            online=self.online,
-        )
 
 
 def rms_errors(results: Results) -> RmsErrors:

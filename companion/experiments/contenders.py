@@ -15,10 +15,12 @@ from typing import TypeAlias
 from companion import bundled
 from companion.errors import InputError
 from companion.experiments.results import BASELINE
+from companion.experiments.simulated_flights import Scenario
 from companion.flight.strategies import Strategy
 from companion.learning.inverse_network import InverseNetwork
 from companion.learning.model_file import load_model
 from companion.learning.online_settings import PAPER, OnlineSettings
+from companion.trajectory.trajectory import Trajectory
 
 TARGET_OWN, SOURCE_OWN, SOURCE_BASELINE = "target_own_dnn", "source_own_dnn", "source_baseline"
 
@@ -49,6 +51,21 @@ class Contender:
     lookahead_s: float | None = None
     compared_with: str = BASELINE
 
+    def scenario(
+        self, trajectory: Trajectory, conditions: str, seed: int, online: OnlineSettings
+    ) -> Scenario:
+        """Its flight along `trajectory` (NED relative to the takeoff point, m)."""
+        return Scenario(
+            trajectory,
+            self.strategy,
+            vehicle=self.vehicle,
+            conditions=conditions,
+            seed=seed,
+            network=None if self.model is None else self.model.network,
+            lookahead_s=self.lookahead_s,
+            online=online,
+        )
+
 
 Contenders: TypeAlias = dict[str, Contender]
 """By their names in tables and summaries."""
@@ -67,7 +84,11 @@ def needs_network(strategy: Strategy) -> bool:
 def transferred(
     target: str, strategies: Sequence[Strategy], model: Model | None, lookahead_s: float | None
 ) -> Contenders:
-    """The target with each strategy, and with `baseline` in any case; the network is another vehicle's."""
+    """The target with each strategy, with `baseline` in any case, and with `gp` beside `dnn+gp`.
+
+    The network is another vehicle's.
+    """
+    beside = [Strategy.GP] if Strategy.DNN_GP in strategies else []
     return {
         str(strategy): Contender(
             target,
@@ -75,7 +96,7 @@ def transferred(
             model if needs_network(strategy) else None,
             lookahead_s if strategy is Strategy.LOOKAHEAD else None,
         )
-        for strategy in dict.fromkeys([Strategy.BASELINE, *strategies])
+        for strategy in dict.fromkeys([Strategy.BASELINE, *strategies, *beside])
     }
 
 

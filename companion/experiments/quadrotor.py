@@ -11,7 +11,6 @@ from companion.experiments.comparison import Comparison, Results, failures, mean
 from companion.experiments.contenders import (
     SOURCE_OWN,
     TARGET_OWN,
-    Contender,
     Contenders,
     Model,
     find_model,
@@ -22,7 +21,9 @@ from companion.experiments.contenders import (
 )
 from companion.experiments.lookahead import measured_lookahead_s
 from companion.experiments.results import BASELINE, Cell
-from companion.experiments.simulated_flights import Failed, Result, prepare_simulator
+from companion.experiments.rows import beside_gp, flight_row
+from companion.experiments.simulated_flights import prepare_simulator
+from companion.experiments.trajectories import Course
 from companion.flight.strategies import Strategy
 from companion.learning.online_settings import DEFAULT, PAPER, OnlineSettings
 from companion.trajectory.trajectory import Trajectory
@@ -97,41 +98,41 @@ def _own_model(target: str, online: OnlineSettings) -> tuple[Model | None, list[
         return None, [f"{TARGET_OWN} was not flown: {error}; {how}"]
 
 
-def rows_and_summary(contenders: Contenders, results: Results) -> dict[str, Any]:
+def rows_and_summary(courses: Sequence[Course], contenders: Contenders, results: Results) -> dict[str, Any]:
     """The figures as the benchmark's file holds them; null stands for what was not flown or failed.
+
+    `summary` is over all courses, `by_speed` over those of each speed.
 
     Raises:
         FlightError: not one flight of the target with its baseline came to its end.
     """
+    by_name = {course.trajectory.name: course for course in courses}
+    rows = [flight_row(by_name[name], contenders[of], result) for (name, of), result in results.items()]
+    of_speed = {
+        speed_m_s: {
+            names: each for names, each in results.items() if by_name[names[0]].speed_m_s == speed_m_s
+        }
+        for speed_m_s in dict.fromkeys(course.speed_m_s for course in courses)
+    }
+    return {
+        "rows": [row.model_dump(mode="json") for row in beside_gp(rows)],
+        "summary": _summary(contenders, results),
+        "by_speed": [
+            {"speed_m_s": speed_m_s, "summary": _summary(contenders, some)}
+            for speed_m_s, some in of_speed.items()
+        ],
+    }
+
+
+def _summary(contenders: Contenders, results: Results) -> dict[str, Any]:
     cells = means(contenders, results)
     if BASELINE not in cells:
         raise FlightError(f"no flight with the baseline came to its end: {failures(results)[0]}")
-    rows = [_row(trajectory, contenders[name], result) for (trajectory, name), result in results.items()]
     summary: dict[str, Any] = {"baseline_rms_m": cells[BASELINE].rms_m}
     for key in SUMMARY_KEYS[1:]:
         cell = cells.get(key)
         summary[key] = None if cell is None else {"rms_m": cell.rms_m, "reduction": cell.reduction}
-    return {"rows": rows, "summary": summary}
-
-
-def _row(trajectory: str, contender: Contender, result: Result) -> dict[str, Any]:
-    row: dict[str, Any] = {
-        "vehicle": contender.vehicle,
-        "strategy": str(contender.strategy),
-        "model": None if contender.model is None else contender.model.name,
-        "trajectory": trajectory,
-    }
-    if isinstance(result, Failed):
-        nothing = dict.fromkeys(("rms_m", "rms_estimate_m", "rms_axes_m", "max_m"))
-        return row | nothing | {"guard": {}, "error": result.reason}
-    return row | {
-        "rms_m": result.accuracy.rms_m,
-        "rms_estimate_m": result.estimated_accuracy.rms_m,
-        "rms_axes_m": result.accuracy.rms_axes_m.tolist(),
-        "max_m": result.accuracy.max_m,
-        "guard": {str(clip): count for clip, count in result.clips.items()},
-        "error": None,
-    }
+    return summary
 
 
 def summary_table(cells: dict[str, Cell]) -> Table:

@@ -4,18 +4,19 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
-import joblib
 import numpy as np
 
 from companion import __version__, clock
 from companion.arrays import Times, Vec3s
 from companion.autopilot import detect
 from companion.errors import FlightError, InputError
+from companion.experiments.backend import LOCAL, Backend
 from companion.experiments.flights import Flight
 from companion.flight.flight import FlightOutcome, FlightPlan, fly
 from companion.flight.guard import Clip
 from companion.flight.online_correction import OnlineCorrection
 from companion.flight.strategies import Strategy, reference_law
+from companion.flight.supervision import supervision_of
 from companion.learning.inverse_network import InverseNetwork
 from companion.learning.online_settings import DEFAULT, OnlineSettings
 from companion.link import connect, start_telemetry
@@ -69,6 +70,7 @@ class Scenario:
                 online=self.online,
             ),
             OnlineCorrection(self.online) if self.strategy.learns_online else None,
+            supervision_of(self.strategy, self.network, self.online),
             period_s=self.strategy.period_s(self.online),
         )
 
@@ -94,6 +96,7 @@ class Flown:
         estimated_accuracy: against the vehicle's own estimate.
         flight: desired positions and those measured, for pictures.
         clips: how often the guard changed what.
+        active_share: share of the time in which the network was active.
     """
 
     scenario: Scenario
@@ -101,6 +104,7 @@ class Flown:
     estimated_accuracy: TrackingAccuracy
     flight: Flight
     clips: Mapping[Clip, int]
+    active_share: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,16 +181,13 @@ def evaluate(scenario: Scenario) -> Result:
             accuracy.rms_m,
         ),
         outcome.clips,
+        active_share=0.0 if scenario.network is None else 1.0,
     )
 
 
-def evaluate_all(scenarios: Sequence[Scenario]) -> Iterator[Result]:
-    """`evaluate` each on all cores, one process a core; results come in the order of the scenarios."""
-    workers = max(1, min(joblib.cpu_count(), len(scenarios)))
-    with joblib.parallel_config("loky", inner_max_num_threads=1):
-        parallel = joblib.Parallel(n_jobs=workers, batch_size=1, return_as="generator")
-    results: Iterator[Result] = parallel(joblib.delayed(evaluate)(scenario) for scenario in scenarios)
-    return results
+def evaluate_all(scenarios: Sequence[Scenario], backend: Backend = LOCAL) -> Iterator[Result]:
+    """`evaluate` each, one a core; results come in the order of the scenarios."""
+    return backend.each(evaluate, scenarios)
 
 
 def prepare_simulator(vehicles: Sequence[str], conditions: str) -> None:

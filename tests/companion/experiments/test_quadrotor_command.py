@@ -58,7 +58,7 @@ def test_same_seed_same_bytes_and_a_report(
     assert files[0].read_bytes() == files[1].read_bytes()
 
     told = json.loads(files[0].read_text())
-    assert set(told) == {"rows", "summary", "settings", "notes", "software"}
+    assert set(told) == {"rows", "summary", "by_speed", "settings", "notes", "software"}
     flown = {(Path(row["vehicle"]).stem, row["strategy"], row["model"]) for row in told["rows"]}
     assert flown == {
         ("stranger", "baseline", None),
@@ -86,6 +86,22 @@ def test_without_a_network_only_plain_strategies_fly(line: Path, tmp_path: Path)
     assert told["summary"]["feedforward"]["reduction"] > 0.0
     assert told["summary"]["dnn"] is None
     assert told["notes"] == []
+
+
+def test_several_speeds_and_what_was_reached(tmp_path: Path) -> None:
+    file = tmp_path / "speeds.json"
+    shown = bench(
+        "--trajectories", "Leaf_1", "--speed", "1.0", "9.0", "--strategies", "baseline", "--json", file
+    )
+    told = json.loads(file.read_text())
+    slow, fast = told["rows"]
+    assert (slow["trajectory"], slow["speed_m_s"]) == (fast["trajectory"], 1.0) == ("Leaf_1", 1.0)
+    assert slow["reached_m_s"] == pytest.approx(1.0)
+    assert 1.0 < fast["reached_m_s"] < 5.0 < fast["speed_m_s"]
+    assert len(told["by_speed"]) == 2
+    (note,) = told["notes"]
+    assert "instead of 9" in note
+    assert note in shown
 
 
 @pytest.mark.parametrize(

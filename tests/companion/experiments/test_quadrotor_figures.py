@@ -1,5 +1,7 @@
 """The figures of the paper's flights, from results that are made up."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from early_network import early_network
@@ -20,7 +22,8 @@ from companion.experiments.flights import Flight
 from companion.experiments.quadrotor import SUMMARY_KEYS, rows_and_summary, summary_table
 from companion.experiments.results import strategies_of, trajectories_of
 from companion.experiments.simulated_flights import Failed, Flown, Result, Scenario
-from companion.flight.approach import rest_at
+from companion.experiments.trajectories import Course
+from companion.flight.approach import rest_at, rest_to_rest
 from companion.flight.guard import Clip
 from companion.flight.strategies import Strategy
 from companion.learning.online_settings import DEFAULT, PAPER
@@ -53,7 +56,18 @@ def result(trajectory: str, contender: str, rms_m: float) -> Result:
         TrackingAccuracy(rms_m + 0.01, np.zeros(3), rms_m),
         Flight(trajectory, strategy, np.arange(3.0), points, points, rms_m),
         {Clip.DISTANCE: 3} if contender == "dnn" else {},
+        active_share=0.75 if contender == "dnn" else 0.0,
     )
+
+
+COURSES = [
+    Course(drawing, "xz", speed_m_s, rest_to_rest(np.zeros(3), np.ones(3), drawing))
+    for drawing, speed_m_s in (("A", None), ("B", 2.0))
+]
+
+
+def figures_of(results: Results) -> dict[str, Any]:
+    return rows_and_summary(COURSES, CONTENDERS, results)
 
 
 def results(scale: dict[str, float]) -> dict[tuple[str, str], Result]:
@@ -71,8 +85,8 @@ def failed(whole: Results, *names: tuple[str, str]) -> Results:
 
 
 def test_keys() -> None:
-    figures = rows_and_summary(CONTENDERS, results({}))
-    assert set(figures) == {"rows", "summary"}
+    figures = figures_of(results({}))
+    assert set(figures) == {"rows", "summary", "by_speed"}
     assert list(figures["summary"]) == [
         "baseline_rms_m",
         "feedforward",
@@ -89,18 +103,26 @@ def test_keys() -> None:
         "vehicle": "bebop2",
         "strategy": "dnn",
         "model": "ardrone2",
+        "conditions": "ideal",
         "trajectory": "A",
+        "plane": "xz",
+        "speed_m_s": None,
+        "reached_m_s": COURSES[0].reached_m_s,
         "rms_m": 0.1,
         "rms_estimate_m": 0.11,
         "rms_axes_m": [0.1, 0.0, 0.0],
         "max_m": 0.2,
+        "active_share": 0.75,
+        "gp_rms_m": 0.05,
+        "event_s": None,
+        "recovery_s": None,
         "guard": {"setpoint kept near the vehicle": 3},
         "error": None,
     }
 
 
 def test_reduction_is_the_mean_over_trajectories_against_the_own_vehicles_baseline() -> None:
-    summary = rows_and_summary(CONTENDERS, results({"baseline": 2.0}))["summary"]
+    summary = figures_of(results({"baseline": 2.0}))["summary"]
     assert summary["baseline_rms_m"] == pytest.approx(0.6)
     assert summary["dnn"] == pytest.approx({"rms_m": 0.1, "reduction": (0.75 + 0.875) / 2})
     assert summary["target_own_dnn"] == pytest.approx({"rms_m": 0.08, "reduction": (0.8 + 0.9) / 2})
@@ -108,18 +130,24 @@ def test_reduction_is_the_mean_over_trajectories_against_the_own_vehicles_baseli
 
 
 def test_a_failed_flight_is_a_row_with_its_reason_and_leaves_the_means() -> None:
-    figures = rows_and_summary(
-        CONTENDERS, failed(results({"gp": 4.0}), ("A", "gp"), ("A", "dnn"), ("B", "dnn"))
-    )
+    figures = figures_of(failed(results({"gp": 4.0}), ("A", "gp"), ("A", "dnn"), ("B", "dnn")))
     assert figures["rows"][4] == {
         "vehicle": "bebop2",
         "strategy": "gp",
         "model": None,
+        "conditions": "ideal",
         "trajectory": "A",
+        "plane": "xz",
+        "speed_m_s": None,
+        "reached_m_s": COURSES[0].reached_m_s,
         "rms_m": None,
         "rms_estimate_m": None,
         "rms_axes_m": None,
         "max_m": None,
+        "active_share": None,
+        "gp_rms_m": None,
+        "event_s": None,
+        "recovery_s": None,
         "guard": {},
         "error": "it hit a tree",
     }
@@ -127,9 +155,20 @@ def test_a_failed_flight_is_a_row_with_its_reason_and_leaves_the_means() -> None
     assert figures["summary"]["dnn"] is None
 
 
+def test_each_speed_has_a_summary_of_its_own() -> None:
+    slow, fast = figures_of(results({"gp": 4.0}))["by_speed"]
+    assert (slow["speed_m_s"], fast["speed_m_s"]) == (None, 2.0)
+    assert slow["summary"]["gp"]["rms_m"] == pytest.approx(0.05)
+    assert fast["summary"]["gp"]["rms_m"] == pytest.approx(0.2)
+
+
+def test_gp_flies_beside_the_network_that_rests_on_it() -> None:
+    assert list(transferred("bebop2", [Strategy.DNN_GP], MODEL, None)) == ["baseline", "dnn+gp", "gp"]
+
+
 def test_without_any_baseline_there_is_nothing_to_tell() -> None:
     with pytest.raises(FlightError, match="it hit a tree"):
-        rows_and_summary(CONTENDERS, failed(results({}), ("A", "baseline"), ("B", "baseline")))
+        figures_of(failed(results({}), ("A", "baseline"), ("B", "baseline")))
 
 
 def test_pictures_tell_a_vehicles_own_network_from_the_transferred_one() -> None:
