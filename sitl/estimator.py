@@ -31,6 +31,7 @@ class Estimator(NamedTuple):
         past: the newest true motions, a ring by step.
         jump: how position and velocity jumped at the last reset (m, m/s).
         resets: how often there was one.
+        offset, turn: what faults add to position and velocity (m, m/s) and to the heading (rad).
         position, velocity, attitude, rates: the estimate, NED, SI.
     """
 
@@ -45,6 +46,8 @@ class Estimator(NamedTuple):
     past: Float[Array, "m 13"]
     jump: Float[Array, "2 3"]
     resets: Int[np.ndarray[tuple[int, ...], np.dtype[np.int64]], "1"]
+    offset: Float[Array, "2 3"]
+    turn: Float[Array, "1"]
     position: Vec3
     velocity: Vec3
     attitude: Quaternion
@@ -87,6 +90,8 @@ def estimator(
         past=np.tile(motion, (int(delay.max()) + 1, 1)),
         jump=np.zeros((2, 3)),
         resets=np.zeros(1, dtype=np.int64),
+        offset=np.zeros((2, 3)),
+        turn=np.zeros(1),
         position=np.zeros(3),
         velocity=np.zeros(3),
         attitude=np.zeros(4),
@@ -103,10 +108,16 @@ def _rows(*levels: Level | Float[Array, "..."]) -> _Errors:
 def reset(estimate: Estimator, rng: np.random.Generator) -> None:
     """Let the wander of position and velocity start anew; the estimate jumps at once."""
     fresh = estimate.wander_level[:2] * rng.standard_normal((2, 3))
-    estimate.jump[:] = fresh - estimate.wander[:2]
+    jump = fresh - estimate.wander[:2]
     estimate.wander[:2] = fresh
-    estimate.position[:] += estimate.jump[0]
-    estimate.velocity[:] += estimate.jump[1]
+    announce(estimate, jump)
+
+
+def announce(estimate: Estimator, jump: Float[Array, "2 3"]) -> None:
+    """Let position and velocity jump at once by what their errors have just changed by (m, m/s)."""
+    estimate.jump[:] = jump
+    estimate.position[:] += jump[0]
+    estimate.velocity[:] += jump[1]
     estimate.resets[0] += 1
 
 
@@ -139,7 +150,7 @@ def draw(estimate: Estimator, step: int, noise: Float[Array, "12"]) -> None:
 def compose(estimate: Estimator, step: int, motion: Float[Array, "13"]) -> None:
     """The estimate at this step from the true motion, its past and the present errors."""
     past, noise, slow = estimate.past, estimate.noise, estimate.wander
-    size = past.shape[0]
+    offset, size = estimate.offset, past.shape[0]
     for i in range(13):
         past[step % size, i] = motion[i]
     position = past[(step - estimate.delay[0]) % size]
@@ -147,9 +158,11 @@ def compose(estimate: Estimator, step: int, motion: Float[Array, "13"]) -> None:
     attitude = past[(step - estimate.delay[2]) % size]
     rates = past[(step - estimate.delay[3]) % size]
     for axis in range(3):
-        estimate.position[axis] = position[axis] + noise[0, axis] + slow[0, axis]
-        estimate.velocity[axis] = velocity[3 + axis] + noise[1, axis] + slow[1, axis]
+        estimate.position[axis] = position[axis] + noise[0, axis] + slow[0, axis] + offset[0, axis]
+        estimate.velocity[axis] = velocity[3 + axis] + noise[1, axis] + slow[1, axis] + offset[1, axis]
         estimate.rates[axis] = rates[10 + axis] + noise[3, axis] + slow[3, axis]
     tilted = multiply(attitude[6:10], from_rotation_vector(noise[2] + slow[2]))
+    if estimate.turn[0] != 0.0:
+        tilted = multiply(from_rotation_vector(np.array((0.0, 0.0, estimate.turn[0]))), tilted)
     for i in range(4):
         estimate.attitude[i] = tilted[i]

@@ -24,11 +24,13 @@ class Plant(NamedTuple):
 
     Attributes:
         thrusts: commanded thrusts of the rotors (0 to 1) of the newest steps, a ring by step.
+        effectiveness: share of thrust and drag torque that each rotor still has (0 to 1).
     """
 
     airframe: Airframe
     body: Body
     thrusts: Float[Array, "m n"]
+    effectiveness: Float[Array, " n"]
     pack: Pack
     air: Wind
 
@@ -47,7 +49,8 @@ def plant(vehicle: Vehicle, air: Wind, motion: Float[Array, "13"] | None = None)
     delay = round(vehicle.rotors.delay_s * STEPS_PER_S)
     body = body_on_ground(rotors) if motion is None else body_in_flight(vehicle, motion)
     thrust = 0.0 if motion is None else vehicle.hover_thrust
-    return Plant(airframe(vehicle), body, np.full((delay + 1, rotors), thrust), full_pack(vehicle), air)
+    thrusts = np.full((delay + 1, rotors), thrust)
+    return Plant(airframe(vehicle), body, thrusts, np.ones(rotors), full_pack(vehicle), air)
 
 
 @compiled
@@ -76,7 +79,8 @@ def step(
     for rotor in range(thrusts.size):
         ring[number % size, rotor] = thrusts[rotor]
         acting = ring[(number + 1) % size, rotor]
-        speeds[rotor] = max(frame.min_speed, top_speed * math.sqrt(acting)) if armed else 0.0
+        speed = max(frame.min_speed, top_speed * math.sqrt(acting)) if armed else 0.0
+        speeds[rotor] = math.sqrt(plant.effectiveness[rotor]) * speed
     advance(frame, plant.body, speeds, plant.air.now, STEP_S)
     draw(estimate, number, noise)
     compose(estimate, number, plant.body.motion)

@@ -1,6 +1,6 @@
 """A vehicle in its conditions, moved through time: the one door to the simulator."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +12,10 @@ from sitl.conditions import Conditions
 from sitl.errors import ConfigError
 from sitl.estimator import STEPS_PER_S, Estimator, estimator, reset
 from sitl.estimator_errors import EstimatorErrors
+from sitl.faults.disturbance import announce_jumps, discharge, disturb, disturbance
+from sitl.faults.firmware_faults import begin_faults, keep_faults
+from sitl.faults.kinds import Fault, Reboot
+from sitl.faults.schedule import Schedule
 from sitl.firmware.ardupilot import ArduPilot
 from sitl.firmware.interface import Autopilot, Firmware
 from sitl.firmware.px4 import Px4
@@ -52,7 +56,9 @@ class Simulation:
 
     Attributes:
         vehicle, conditions: as given.
-        link_rng: the random stream for the link's delays and losses, which are applied outside.
+        faults: what goes wrong, and when; those of the link are applied outside.
+        link_rng, fault_rng: the random streams for the link's delays and losses, and for those of its faults.
+        on_reboot: how a fault starts the autopilot anew; whoever serves its links does more than `reboot`.
         truth_log: one `Truth` a tick when asked for, else empty.
     """
 
@@ -66,13 +72,16 @@ class Simulation:
         start: tuple[float, float] = (0.0, 0.0),
         boot_time_s: float = 0.0,
         motion: Float[Array, "13"] | None = None,
+        faults: Sequence[Fault] = (),
     ) -> None:
         self.vehicle = vehicle
         self.conditions = conditions
         self.truth_log: list[Truth] = []
         self._record_truth = record_truth
-        streams = map(np.random.default_rng, np.random.SeedSequence(seed).spawn(4))
-        self._wind_rng, self._noise_rng, self.link_rng, self._wander_rng = streams
+        streams = map(np.random.default_rng, np.random.SeedSequence(seed).spawn(5))
+        self._wind_rng, self._noise_rng, self.link_rng, self._wander_rng, self.fault_rng = streams
+        self.faults = Schedule(faults)
+        self.on_reboot: Callable[[], None] = self.reboot
         self._ticks = 0
         self._plant = plant(vehicle, wind(conditions.wind, self._wind_rng), motion)
         if motion is None:
@@ -128,6 +137,8 @@ class Simulation:
     def _tick(self) -> None:
         if self._resets_per_tick and self._wander_rng.random() < self._resets_per_tick:
             reset(self._estimator, self._wander_rng)
+        if not self.faults.is_idle:
+            self._fail()
         noise = TickNoise(
             self._wind_rng.standard_normal(5),
             self._wander_rng.standard_normal((4, 3)),
@@ -137,6 +148,19 @@ class Simulation:
         self._ticks += 1
         if self._record_truth:
             self.truth_log.append(self.truth)
+
+    def _fail(self) -> None:
+        """Let begin, go on and end what goes wrong."""
+        change = self.faults.update(self.time_s, self._firmware)
+        before = self._estimator.offset.copy()
+        rotors = len(self._plant.effectiveness)
+        disturb(self._plant, self._estimator, disturbance(self.faults.active, self.time_s, rotors))
+        announce_jumps(self._estimator, change, before)
+        discharge(self._plant, change)
+        if any(isinstance(each.fault, Reboot) for each in change.begun):
+            self.on_reboot()
+        begin_faults(self._firmware, change)
+        keep_faults(self._firmware, self.faults.active)
 
 
 def estimator_errors(vehicle: Vehicle, conditions: Conditions) -> EstimatorErrors:

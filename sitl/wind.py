@@ -29,13 +29,15 @@ class Wind(NamedTuple):
         along: unit vector of the longitudinal axis, north and east.
         w20: wind speed at 20 ft (m/s).
         filters: unit-variance states: longitudinal, two lateral, two vertical.
-        now: wind of this instant, mean and turbulence, NED (m/s).
+        gust: what comes on top, NED (m/s).
+        now: wind of this instant, all together, NED (m/s).
     """
 
     mean: Vec3
     along: Float[Array, "2"]
     w20: float
     filters: Float[Array, "5"]
+    gust: Vec3
     now: Vec3
 
 
@@ -47,7 +49,7 @@ def wind(conditions: WindConditions, rng: np.random.Generator) -> Wind:
     a = rng.standard_normal(5)
     # Stationary covariance of the two states of a second-order filter: 1, 1/2; 1/2, 1/2.
     filters = np.array((a[0], a[1], 0.5 * (a[1] + a[2]), a[3], 0.5 * (a[3] + a[4])))
-    return Wind(mean, along, conditions.w20_kn * _M_S_PER_KN, filters, mean.copy())
+    return Wind(mean, along, conditions.w20_kn * _M_S_PER_KN, filters, np.zeros(3), mean.copy())
 
 
 @compiled
@@ -84,6 +86,8 @@ def second_order(state: Float[Array, "2"], noise: Float[Array, "2"], d: float) -
 def blow(air: Wind, position: Vec3, velocity: Vec3, noise: Float[Array, "5"], dt: float) -> None:
     """Advance the turbulence by `dt` (s) at the vehicle's height and airspeed; sets `air.now`."""
     if air.w20 == 0.0:
+        for axis in range(3):
+            air.now[axis] = air.mean[axis] + air.gust[axis]
         return
     relative = velocity - air.mean
     airspeed = max(_MIN_AIRSPEED_M_S, math.sqrt(relative[0] ** 2 + relative[1] ** 2 + relative[2] ** 2))
@@ -95,6 +99,6 @@ def blow(air: Wind, position: Vec3, velocity: Vec3, noise: Float[Array, "5"], dt
     u = sigma_uv * x[0]
     v = sigma_uv * second_order(x[1:3], noise[1:3], horizontal)
     w = sigma_w * second_order(x[3:5], noise[3:5], dt * airspeed / length_w)
-    air.now[0] = air.mean[0] + u * air.along[0] - v * air.along[1]
-    air.now[1] = air.mean[1] + u * air.along[1] + v * air.along[0]
-    air.now[2] = air.mean[2] + w
+    air.now[0] = air.mean[0] + u * air.along[0] - v * air.along[1] + air.gust[0]
+    air.now[1] = air.mean[1] + u * air.along[1] + v * air.along[0] + air.gust[1]
+    air.now[2] = air.mean[2] + w + air.gust[2]

@@ -19,7 +19,7 @@ from sitl.firmware.ardupilot_flight import (
 )
 from sitl.firmware.ardupilot_guidance import Guidance
 from sitl.firmware.ardupilot_loops import begin_control, fly_tick, new_loops
-from sitl.firmware.ardupilot_modes import MODE_NAMES
+from sitl.firmware.ardupilot_modes import MODE_NAMES, reason_not_to_enter
 from sitl.firmware.ardupilot_navigator import Navigator
 from sitl.firmware.ardupilot_parameters import ArduPilotParameters
 from sitl.firmware.ardupilot_takeoff import Phase, Takeoff
@@ -49,6 +49,10 @@ class ArduPilot(Commander[ArduPilotParameters]):
     Attributes:
         failsafe: whether a failsafe chose the present mode.
     """
+
+    dead_reckons_s = 11.0
+    """EKF3 aids itself for 10 s, and ekf_check.cpp waits for another."""
+    _guidance: Guidance
 
     def __init__(self, vehicle: Vehicle, estimator: Estimator, pack: Pack) -> None:
         super().__init__(tuned_parameters(vehicle), estimator, pack, Mode.STABILIZE)
@@ -153,11 +157,6 @@ class ArduPilot(Commander[ArduPilotParameters]):
         """Only the ground station of SYSID_MYGCS counts."""
         self._ground_link.hear(self._parameters, system_id, self._time_s)
 
-    def turn(self, yaw: float) -> Result:
-        """Turn to a heading (rad) while the path stays."""
-        self._guidance.turn(yaw)
-        return Result.ACCEPTED
-
     def set_mode(self, mode: Mode) -> Result:
         """Change the mode, unless its conditions are not met; the reason is a status text."""
         reason = self._reason_not_to_enter(mode)
@@ -255,6 +254,7 @@ class ArduPilot(Commander[ArduPilotParameters]):
             self._loops.path.position[:] += jump[0]
             self._loops.path.velocity[:] += jump[1]
         if self._armed:
+            self._watch_position()
             self._watch_battery()
             self._watch_ground_link()
             self._watch_ground()
@@ -264,10 +264,17 @@ class ArduPilot(Commander[ArduPilotParameters]):
                 self._fly()
         self._time_s = until_s
 
+    def _watch_position(self) -> None:
+        """Land where it is lost, which is FS_EKF_ACTION's default; on what is left of the estimate."""
+        if self._in_flight and not self.position_ok and self._mode not in (Mode.LAND, Mode.STABILIZE):
+            self._say(Severity.CRITICAL, "EKF variance")
+            self._fail_into(Mode.LAND)
+            self._say(Severity.CRITICAL, "EKF Failsafe: changed to LAND Mode")
+
     def _watch_ground(self) -> None:
         """Leaving the ground, landing, and what follows from either."""
         before = self._takeoff.phase
-        self._takeoff.update(float(self._loops.throttle[0]), self._estimator.velocity, TICK_S)
+        self._takeoff.update(float(self._loops.throttle[0]), self._known_velocity, TICK_S)
         if before is Phase.LIFTING and self._in_flight and self._climbs_to is not None:
             self._guidance.take_off(self._climbs_to)
         if self._takeoff.phase is not Phase.GROUND:
@@ -372,15 +379,9 @@ class ArduPilot(Commander[ArduPilotParameters]):
         return self._takeoff.phase is Phase.FLIGHT
 
     def _reason_not_to_enter(self, mode: Mode) -> str | None:
-        if mode not in MODE_NAMES:
-            return "no such mode"
-        if mode is Mode.STABILIZE:
-            return "no pilot" if self._in_flight else None
-        if mode is Mode.MISSION and not self.plans.mission.exists:
-            return "no mission"
-        if mode is Mode.MISSION and self._armed and not self._in_flight:
-            return None if self.plans.mission.starts_with_takeoff else "Auto: Missing Takeoff Cmd"
-        return None if self.position_ok else "requires position"
+        return reason_not_to_enter(
+            mode, self.plans.mission, self._armed, in_flight=self._in_flight, position_ok=self.position_ok
+        )
 
     def _reason_not_to_arm(self) -> str | None:
         if self._terminated:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from sitl.firmware.interface import Mode
+from sitl.plan.mission import Mission
 
 MODE_NAMES: Mapping[Mode, str] = {
     Mode.STABILIZE: "STABILIZE",
@@ -13,3 +14,18 @@ MODE_NAMES: Mapping[Mode, str] = {
     Mode.RTL: "RTL",
     Mode.MISSION: "AUTO",
 }
+
+
+def reason_not_to_enter(
+    mode: Mode, mission: Mission, armed: bool, *, in_flight: bool, position_ok: bool
+) -> str | None:
+    """Why a mode cannot be chosen now; None when it can."""
+    if mode not in MODE_NAMES:
+        return "no such mode"
+    if mode is Mode.STABILIZE:
+        return "no pilot" if in_flight else None
+    if mode is Mode.MISSION and not mission.exists:
+        return "no mission"
+    if mode is Mode.MISSION and armed and not in_flight:
+        return None if mission.starts_with_takeoff else "Auto: Missing Takeoff Cmd"
+    return None if position_ok or mode is Mode.LAND else "requires position"

@@ -136,9 +136,10 @@ class Battery:
 
 @dataclass(frozen=True, slots=True)
 class Health:
-    """What arming and SYS_STATUS ask for."""
+    """What arming, SYS_STATUS and the estimator's own report ask for."""
 
     sensors_ok: bool
+    gps_ok: bool
     position_ok: bool
     ready_to_arm: bool
 
@@ -248,6 +249,10 @@ class Autopilot(Protocol):
 
     def move_sticks(self, sticks: Sticks) -> None:
         """The pilot's sticks are there now."""
+        ...
+
+    def hear_satellites(self, *, heard: bool) -> None:
+        """Whether the receiver has a fix now."""
         ...
 
     def turn(self, yaw: float) -> Result:

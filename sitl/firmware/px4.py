@@ -8,6 +8,7 @@ import numpy as np
 from sitl.arrays import Vec3
 from sitl.battery import Pack
 from sitl.estimator import STEPS_PER_S, Estimator
+from sitl.firmware import px4_checks as checks
 from sitl.firmware.commander import Commander
 from sitl.firmware.interface import (
     AttitudeTarget,
@@ -21,7 +22,7 @@ from sitl.firmware.interface import (
 from sitl.firmware.px4_control import Control
 from sitl.firmware.px4_failsafes import OFFBOARD_LOST, Action, BatteryWatch, Stop
 from sitl.firmware.px4_guidance import Guidance
-from sitl.firmware.px4_links import Links, may_be_piloted
+from sitl.firmware.px4_links import Links, may_be_piloted, may_override
 from sitl.firmware.px4_navigator import Navigator
 from sitl.firmware.px4_offboard import Offboard
 from sitl.firmware.px4_parameters import Px4Parameters
@@ -30,14 +31,13 @@ from sitl.firmware.px4_tuning import tuned_parameters
 from sitl.plant import STEPS_PER_TICK, TICK_S, Plant, TickNoise
 from sitl.vehicle import Vehicle
 
-_OVERRIDES_AUTOMATIC, _OVERRIDES_OFFBOARD = 1, 2
-"""Bits of COM_RC_OVERRIDE."""
-_PILOTED = frozenset((Mode.ALTCTL, Mode.STABILIZE))
-_MODES_TO_ARM_IN = frozenset((Mode.POSCTL, Mode.HOLD, Mode.TAKEOFF, Mode.MISSION, Mode.OFFBOARD))
-
 
 class Px4(Commander[Px4Parameters]):
     """Implements `interface.Firmware`."""
+
+    dead_reckons_s = 5.0
+    """EKF2_NOAID_TOUT."""
+    _guidance: Guidance
 
     def __init__(self, vehicle: Vehicle, estimator: Estimator, pack: Pack) -> None:
         super().__init__(tuned_parameters(vehicle), estimator, pack, Mode.HOLD)
@@ -142,16 +142,11 @@ class Px4(Commander[Px4Parameters]):
         """Any ground station keeps the link alive."""
         self._links.hear_ground(self._time_s)
 
-    def turn(self, yaw: float) -> Result:
-        """Turn to a heading (rad) while the path stays."""
-        self._guidance.turn(yaw)
-        return Result.ACCEPTED
-
     def set_mode(self, mode: Mode) -> Result:
         """Change the mode, unless its conditions are not met; the reason is a status text."""
         if mode is Mode.TAKEOFF:
             return self.takeoff()
-        reason = self._reason_not_to_enter(mode)
+        reason = checks.reason_not_to_enter(mode, self._situation())
         if reason is not None:
             self._say(Severity.CRITICAL, f"Switching to mode {mode.name} denied: {reason}")
             return Result.TEMPORARILY_REJECTED
@@ -235,6 +230,7 @@ class Px4(Commander[Px4Parameters]):
             self._control.jump(jump[1])
             self._offboard.jump(*jump)
         if self._armed:
+            self._watch_position()
             self._watch_offboard()
             self._watch_pilot()
             self._watch_links()
@@ -258,6 +254,8 @@ class Px4(Commander[Px4Parameters]):
             self._control.stay_down()
         elif self._mode is Mode.OFFBOARD:
             self._control.follow_setpoint(self._offboard.setpoint)
+        elif not self.position_ok:
+            self._control.descend_level()
         elif self._was_piloted:
             self._control.follow_sticks(self._pilot.sticks, max(max_up, 0.0))
         else:
@@ -277,7 +275,7 @@ class Px4(Commander[Px4Parameters]):
     def _watch_ground(self) -> None:
         """Land detection, what follows from it, and the end of a takeoff."""
         was_on_ground, phase = self.on_ground, self._control.takeoff.phase
-        self._land_detector.update(phase, self._estimator.velocity, self._control.thrust, TICK_S)
+        self._land_detector.update(phase, self._known_velocity, self._control.thrust, TICK_S)
         if not self._armed:
             return
         if was_on_ground and not self.on_ground:
@@ -301,8 +299,16 @@ class Px4(Commander[Px4Parameters]):
         self._armed = False
         self._offboard_interrupted = self._link_failsafe = False
         self._say(Severity.INFO, text)
-        if self._mode not in _MODES_TO_ARM_IN or self._mode is Mode.TAKEOFF:
+        if self._mode not in checks.MODES_TO_ARM_IN or self._mode is Mode.TAKEOFF:
             self._enter(Mode.HOLD)
+
+    def _watch_position(self) -> None:
+        """Without a position, descend: PX4's mode for that tells itself as LAND."""
+        if self.position_ok or self.on_ground or self._mode in checks.WITHOUT_POSITION:
+            return
+        self._offboard_interrupted = self._mode is Mode.OFFBOARD
+        self._link_failsafe = True
+        self._act(Mode.LAND, "position estimate lost")
 
     def _watch_offboard(self) -> None:
         """Loss of the setpoints, and their return while nobody has chosen another mode since."""
@@ -320,14 +326,13 @@ class Px4(Commander[Px4Parameters]):
         p, time_s = self._parameters, self._time_s
         piloted = may_be_piloted(p) and self._pilot.flies(time_s)
         moved = piloted and self._pilot.sticks.largest > 0.01 * p.COM_RC_STICK_OV
-        bit = _OVERRIDES_OFFBOARD if self._mode is Mode.OFFBOARD else _OVERRIDES_AUTOMATIC
-        if moved and self._mode not in (Mode.POSCTL, *_PILOTED) and p.COM_RC_OVERRIDE & bit:
+        if moved and self._mode not in (Mode.POSCTL, *checks.PILOTED) and may_override(p, self._mode):
             self._choose()
             self._enter(Mode.POSCTL)
             self._say(Severity.INFO, "Pilot took over using sticks")
         elif self._was_piloted and not piloted:
             self._guidance.hold()
-        self._was_piloted = piloted and self._mode in (Mode.POSCTL, *_PILOTED)
+        self._was_piloted = piloted and self._mode in (Mode.POSCTL, *checks.PILOTED)
 
     def _watch_links(self) -> None:
         if self._mode is Mode.LAND or self.on_ground:
@@ -376,24 +381,18 @@ class Px4(Commander[Px4Parameters]):
         age_s = self._offboard.age_s(self._time_s)
         return age_s < self._parameters.COM_OF_LOSS_T and self.position_ok
 
-    def _reason_not_to_enter(self, mode: Mode) -> str | None:
-        if mode in _PILOTED and not self._pilot.is_there(self._time_s):
-            return "no manual control"
-        if mode is Mode.OFFBOARD and self._armed and not self._offboard_is_alive():
-            return "no offboard setpoints"
-        return self._navigator.refusal if mode is Mode.MISSION else None
+    def _situation(self) -> checks.Situation:
+        p, time_s = self._parameters, self._time_s
+        return checks.Situation(
+            armed=self._armed,
+            terminated=self._terminated,
+            piloted=self._pilot.is_there(time_s),
+            ground_missed=self._links.misses_ground(p, time_s),
+            offboard_alive=self._offboard_is_alive(),
+            position_ok=self.position_ok,
+            battery_low=bool(self._pack.state[0] < p.BAT_LOW_THR),
+            mission_refusal=self._navigator.refusal,
+        )
 
     def _reason_not_to_arm(self) -> str | None:
-        if self._terminated:
-            return "flight termination active"
-        if self._links.misses_ground(self._parameters, self._time_s):
-            return "no connection to the ground control station"
-        if not self.position_ok:
-            return "Resolve system health failures first"
-        if self._pack.state[0] < self._parameters.BAT_LOW_THR:
-            return "low battery"
-        if self._mode not in _MODES_TO_ARM_IN:
-            return f"mode {self._mode.name} is not suitable for takeoff"
-        if self._mode is Mode.OFFBOARD and not self._offboard_is_alive():
-            return "no offboard setpoints"
-        return None
+        return checks.reason_not_to_arm(self._mode, self._situation())

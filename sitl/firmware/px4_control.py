@@ -145,6 +145,13 @@ class Control:
         s.velocity[:] = sticks.velocity(heading, p.MPC_VEL_MANUAL, max_up, p.MPC_Z_VEL_MAX_DN)
         s.heading[:] = math.nan, math.radians(p.MPC_MAN_Y_MAX) * sticks.yaw
 
+    def descend_level(self) -> None:
+        """Ask for level flight and a slow descent, wherever the wind carries that."""
+        s = self.setpoint
+        s.position[:] = s.velocity[:] = s.acceleration[:] = s.heading[:] = math.nan
+        s.velocity[2] = self._parameters.MPC_LAND_SPEED
+        s.acceleration[0] = s.acceleration[1] = 0.0
+
     def jump(self, velocity: Vec3) -> None:
         """The estimated velocity jumped by this (m/s), which is no acceleration."""
         self._state.velocity[:] += velocity

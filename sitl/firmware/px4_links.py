@@ -26,6 +26,8 @@ _EXCEPTIONS: Mapping[Mode, int] = {
     Mode.OFFBOARD: 4,
 }
 """Bits of COM_RCL_EXCEPT."""
+_OVERRIDES_AUTOMATIC, _OVERRIDES_OFFBOARD = 1, 2
+"""Bits of COM_RC_OVERRIDE."""
 _NO_PILOT = 4
 """COM_RC_IN_MODE."""
 
@@ -33,6 +35,12 @@ _NO_PILOT = 4
 def may_be_piloted(parameters: Px4Parameters) -> bool:
     """Whether sticks mean anything."""
     return parameters.COM_RC_IN_MODE != _NO_PILOT
+
+
+def may_override(parameters: Px4Parameters, mode: Mode) -> bool:
+    """Whether sticks that are moved take a mode over."""
+    bit = _OVERRIDES_OFFBOARD if mode is Mode.OFFBOARD else _OVERRIDES_AUTOMATIC
+    return bool(parameters.COM_RC_OVERRIDE & bit)
 
 
 class Loss:

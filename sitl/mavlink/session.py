@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from pymavlink.dialects.v20 import common as mavlink
 
+from sitl.faults.schedule import Schedule
 from sitl.firmware.interface import Autopilot, Result, Severity
 from sitl.mavlink.flavour import Flavour
 from sitl.mavlink.frames import Message
@@ -30,6 +31,7 @@ class Session:
         send: put a message on this link.
         reboot: start the vehicle's autopilot anew, once everything that has arrived is answered.
         uploads: of plans; the same for all links of a vehicle.
+        faults: of the vehicle, which a peer may inject.
         time_s: time since boot (s), of the simulation.
         backlog: parameters that are yet to be sent, with their indices.
     """
@@ -42,6 +44,7 @@ class Session:
     send: Callable[[Message], None]
     reboot: Callable[[], None]
     uploads: Uploads
+    faults: Schedule
     time_s: float = 0.0
     backlog: deque[tuple[int, str]] = field(default_factory=deque)
     _long_texts: int = 0

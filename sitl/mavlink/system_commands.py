@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 from pymavlink.dialects.v20 import common as mavlink
 
+from sitl.mavlink import failures
 from sitl.mavlink.commands import Command, whole
 from sitl.mavlink.flavour import Execute
 
@@ -44,19 +45,13 @@ def _reboot(refused: int) -> Execute:
     return execute
 
 
-def _failure(session: "Session", command: Command) -> int:
-    """Denied unless SYS_FAILURE_EN allows it; there is nothing yet that could fail."""
-    enabled = getattr(session.firmware.parameters, "SYS_FAILURE_EN", 0)
-    return mavlink.MAV_RESULT_UNSUPPORTED if enabled else mavlink.MAV_RESULT_DENIED
-
-
 _COMMANDS: Mapping[int, Execute] = {
     mavlink.MAV_CMD_DO_FLIGHTTERMINATION: _terminate,
     mavlink.MAV_CMD_RUN_PREARM_CHECKS: _run_checks,
-    mavlink.MAV_CMD_INJECT_FAILURE: _failure,
 }
 PX4_COMMANDS: Mapping[int, Execute] = {
     **_COMMANDS,
+    mavlink.MAV_CMD_INJECT_FAILURE: failures.inject,
     mavlink.MAV_CMD_PREFLIGHT_STORAGE: _store,
     mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: _reboot(mavlink.MAV_RESULT_DENIED),
 }

@@ -183,7 +183,7 @@ def sys_status(state: Report) -> Message:
     healthy = (
         _ALWAYS_HEALTHY
         | (_SENSORS if health.sensors_ok else 0)
-        | (_GPS if health.position_ok else 0)
+        | (_GPS if health.gps_ok else 0)
         | (_PREARM_CHECK if health.ready_to_arm else 0)
     )
     return mavlink.MAVLink_sys_status_message(
@@ -270,11 +270,12 @@ def global_position_int(state: Report) -> Message:
 
 
 def gps_raw_int(state: Report) -> Message:
-    """GPS_RAW_INT: a receiver with a good 3-D fix at the estimated place."""
+    """GPS_RAW_INT: a receiver with a good 3-D fix at the estimated place, or without any satellites."""
     place, (north, east, _) = state.place, state.velocity
+    has_fix = state.firmware.health.gps_ok
     return mavlink.MAVLink_gps_raw_int_message(
         time_usec=state.time_us,
-        fix_type=mavlink.GPS_FIX_TYPE_3D_FIX,
+        fix_type=mavlink.GPS_FIX_TYPE_3D_FIX if has_fix else mavlink.GPS_FIX_TYPE_NO_FIX,
         lat=_limited(place.latitude_deg * 1e7, _INT32),
         lon=_limited(place.longitude_deg * 1e7, _INT32),
         alt=_limited(place.altitude_m * 1e3, _INT32),
@@ -282,7 +283,7 @@ def gps_raw_int(state: Report) -> Message:
         epv=90,
         vel=_limited(math.hypot(north, east) * 1e2, _UINT16),
         cog=_limited(math.degrees(math.atan2(east, north)) % 360.0 * 1e2, _UINT16) % 36000,
-        satellites_visible=12,
+        satellites_visible=12 if has_fix else 0,
     )
 
 

@@ -10,12 +10,14 @@ from pathlib import Path
 from typing import Literal
 
 from sitl.conditions import load_conditions
+from sitl.faults.kinds import Fault
 from sitl.firmware.interface import StatusText
 from sitl.mavlink import missions, parameters, services
 from sitl.mavlink.ardupilot import ARDUPILOT
 from sitl.mavlink.channel import Channel
 from sitl.mavlink.flavour import Flavour
 from sitl.mavlink.frames import Encoder, Message, decode
+from sitl.mavlink.link_faults import LinkFaults
 from sitl.mavlink.links import Link, Streams
 from sitl.mavlink.mission_telemetry import MissionNews
 from sitl.mavlink.mission_upload import Uploads
@@ -82,6 +84,8 @@ class MavlinkVehicle:
             duplicates=conditions.setpoint_duplicate_fraction,
             overtaken=conditions.setpoint_overtaken_fraction,
         )
+        self._faults = LinkFaults(simulation.faults, simulation.fault_rng)
+        simulation.on_reboot = self.reboot
         self._order = count()
         self._on_the_way_in: list[tuple[float, int, Session, bytes]] = []
         self._on_the_way_out: list[Delivery] = []
@@ -116,6 +120,7 @@ class MavlinkVehicle:
             send=partial(self._send, link, Encoder(self.system_id, link_id, self._signing)),
             reboot=self._reboot_soon,
             uploads=self._uploads,
+            faults=self.simulation.faults,
         )
 
     def reboot(self) -> None:
@@ -136,8 +141,9 @@ class MavlinkVehicle:
 
     def _send(self, link: Link, encoder: Encoder, message: Message) -> None:
         frame = encoder.encode(message)
-        for arrival_s in self._way_out.arrivals_s(self.simulation.time_s):
-            self._on_the_way_out.append(Delivery(arrival_s, link, frame))
+        arrivals_s = self._way_out.arrivals_s(self.simulation.time_s)
+        for arrival_s, data in self._faults.way_out(arrivals_s, frame):
+            self._on_the_way_out.append(Delivery(arrival_s, link, data))
 
     def receive(self, data: bytes, link: Link | None = None) -> None:
         """Take a datagram that the peer of `link` sent now; the vehicle has it when it has arrived.
@@ -145,7 +151,7 @@ class MavlinkVehicle:
         Without a link it came on the first. Bytes that are no valid frame are skipped.
         """
         session = self._sessions[link or self.links[0]]
-        for arrival_s in self._way_in.arrivals_s(self.simulation.time_s):
+        for arrival_s in self._faults.way_in(self._way_in.arrivals_s(self.simulation.time_s)):
             heapq.heappush(self._on_the_way_in, (arrival_s, next(self._order), session, data))
         self._take_arrived(self.simulation.time_s)
 
@@ -170,14 +176,14 @@ class MavlinkVehicle:
             session.time_s = now_s - self._booted_s
             for message in decode(data):
                 if self._signing is None or self._signing.believes(message):
-                    services.handle(session, message)
+                    services.handle(session, self._faults.heard(message))
         if self._reboots:
             self.reboot()
 
     def _tell(self) -> None:
         """Send on every link what is due."""
         firmware, now_s = self.simulation.firmware, self.simulation.time_s - self._booted_s
-        state = report(firmware, self._flavour, self.system_id, self._rotors, now_s)
+        state = self._faults.told(report(firmware, self._flavour, self.system_id, self._rotors, now_s))
         texts = firmware.take_status_texts()
         self.status_texts.extend(texts)
         news = self._mission_news.take(state)
@@ -191,7 +197,7 @@ class MavlinkVehicle:
             parameters.send_backlog(session)
             for message_id in session.streams.take_due(state.time_us):
                 due = written(message_id, state)
-                if due is not None:
+                if due is not None and not self._faults.withholds(due):
                     session.send(due)
 
 
@@ -207,6 +213,7 @@ def open_vehicle(
     start: tuple[float, float] = (0.0, 0.0),
     boot_time_s: float = 0.0,
     signing_key: bytes | None = None,
+    faults: Sequence[Fault] = (),
 ) -> MavlinkVehicle:
     """A vehicle on the ground, at time 0.
 
@@ -221,6 +228,7 @@ def open_vehicle(
         start: where it stands, north and east of the map's origin (m).
         boot_time_s: for how long after a boot it has no position (s).
         signing_key: 32 bytes with which all frames are signed; others are not believed. None for no signing.
+        faults: what goes wrong, and when.
 
     Raises:
         ConfigError: a file is missing or wrong.
@@ -235,5 +243,6 @@ def open_vehicle(
         record_truth=record_truth,
         start=start,
         boot_time_s=boot_time_s,
+        faults=faults,
     )
     return MavlinkVehicle(simulation, system_id=system_id, links=links, signing_key=signing_key)

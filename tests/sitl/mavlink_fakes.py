@@ -1,6 +1,7 @@
 """A vehicle without physics behind the MAVLink face, and a pymavlink peer in front of it."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, cast
 
@@ -9,6 +10,7 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from sitl.arrays import Vec3
 from sitl.conditions import Conditions, LinkConditions
+from sitl.faults.schedule import Schedule
 from sitl.firmware.ardupilot_parameters import ArduPilotParameters
 from sitl.firmware.interface import (
     AttitudeTarget,
@@ -35,7 +37,7 @@ PEER_SYSTEM, PEER_COMPONENT = 245, 191
 BEBOP2 = load_vehicle("bebop2")
 ARDUCOPTER = load_vehicle("arducopter_sitl")
 BATTERY = Battery(voltage_v=12.0, current_a=3.5, remaining=0.83)
-HEALTHY = Health(sensors_ok=True, position_ok=True, ready_to_arm=True)
+HEALTHY = Health(sensors_ok=True, gps_ok=True, position_ok=True, ready_to_arm=True)
 
 
 def empty_plans(first: int = 0) -> Plans:
@@ -119,6 +121,9 @@ class FakeFirmware:
     def hear_ground_station(self, system_id: int) -> None:
         self.calls.append(("hear_ground_station", system_id))
 
+    def hear_satellites(self, *, heard: bool) -> None:
+        self.calls.append(("hear_satellites", heard))
+
     def move_sticks(self, sticks: Sticks) -> None:
         self.calls.append(("move_sticks", sticks))
 
@@ -149,6 +154,9 @@ class FakeSimulation:
     conditions: Conditions = field(default_factory=lambda: Conditions(name="ideal"))
     vehicle: Vehicle = BEBOP2
     link_rng: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0))
+    fault_rng: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0))
+    faults: Schedule = field(default_factory=Schedule)
+    on_reboot: Callable[[], None] = lambda: None
     ticks: int = 0
 
     @property

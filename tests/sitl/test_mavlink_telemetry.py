@@ -125,11 +125,17 @@ def test_heartbeat_tells_armed_and_failsafe(armed: bool, failsafe: bool, status:
     ("health", "bit"),
     [
         (
-            Health(sensors_ok=False, position_ok=True, ready_to_arm=True),
+            Health(sensors_ok=False, gps_ok=True, position_ok=True, ready_to_arm=True),
             mavlink.MAV_SYS_STATUS_SENSOR_3D_GYRO,
         ),
-        (Health(sensors_ok=True, position_ok=False, ready_to_arm=True), mavlink.MAV_SYS_STATUS_SENSOR_GPS),
-        (Health(sensors_ok=True, position_ok=True, ready_to_arm=False), mavlink.MAV_SYS_STATUS_PREARM_CHECK),
+        (
+            Health(sensors_ok=True, gps_ok=False, position_ok=True, ready_to_arm=True),
+            mavlink.MAV_SYS_STATUS_SENSOR_GPS,
+        ),
+        (
+            Health(sensors_ok=True, gps_ok=True, position_ok=True, ready_to_arm=False),
+            mavlink.MAV_SYS_STATUS_PREARM_CHECK,
+        ),
     ],
 )
 def test_sys_status_clears_the_bit_of_what_is_not_well(health: Health, bit: int) -> None:
@@ -179,7 +185,9 @@ def test_rotors_idle_below_their_range_when_disarmed() -> None:
 
 @pytest.mark.parametrize(("position_ok", "predicts"), [(True, True), (False, False)])
 def test_the_estimators_flags_say_whether_there_is_a_position(position_ok: bool, predicts: bool) -> None:
-    firmware = FakeFirmware(health=Health(sensors_ok=True, position_ok=position_ok, ready_to_arm=True))
+    firmware = FakeFirmware(
+        health=Health(sensors_ok=True, gps_ok=True, position_ok=position_ok, ready_to_arm=True)
+    )
     flags = written("ESTIMATOR_STATUS", firmware)["flags"]
     assert bool(flags & mavlink.ESTIMATOR_PRED_POS_HORIZ_ABS) is predicts
     of_ardupilot = ekf_status_report(report(firmware, ARDUPILOT, 1, 4, 1.0)).to_dict()

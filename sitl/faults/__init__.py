@@ -1,0 +1,1 @@
+"""What can go wrong with a simulated vehicle, when, and what follows for the parts that it concerns."""
