@@ -30,6 +30,11 @@ def unix_time_s() -> float:
     return time.time()
 
 
+def utc_stamp() -> str:
+    """The wall's date and time, for the name of a file: `20260501T123456Z`."""
+    return time.strftime("%Y%m%dT%H%M%SZ", time.gmtime())
+
+
 def epoch_s() -> float:
     """The date (s since 1970) at the zero of the running loop's clock; the same for every virtual time."""
     loop = asyncio.get_running_loop()

@@ -12,6 +12,7 @@ from companion.cli.flying import Placed, Request, conduct, provenance, show, veh
 from companion.flight.flight import FlightPlan
 from companion.flight.guard import Fence, GuardLimits
 from companion.flight.strategies import Strategy, reference_law
+from companion.flight.technique import Technique
 from companion.link import parse_address
 from companion.trajectory import Limits, Trajectory, training_sinusoids
 from companion.trajectory.training import LIMITS
@@ -59,7 +60,8 @@ def collect(
     )
     about = provenance(address, name or vehicle_name(address), plan.trajectory.name, strategy)
     key = options.signing_key(signing_key)
-    request = Request(address, system_id, LIMITS, Placed(plan, trajectory_within), about, key, forward or ())
+    course, technique = Placed(plan, trajectory_within), Technique(strategy=strategy)
+    request = Request(address, system_id, LIMITS, course, about, technique, key, forward or ())
     conduct(request, options.writable(output), console)
     show(console, f"next: companion train {output} --preset {preset} --output MODEL.safetensors")
 

@@ -13,6 +13,7 @@ from companion import bundled
 from companion.cli import options
 from companion.cli.fly_plan import Planned, is_plan
 from companion.cli.flying import Course, Flown, Placed, Request, conduct, provenance, show, vehicle_name
+from companion.cli.recorded import usual_path
 from companion.cli.result_file import write_result
 from companion.errors import GapError, InputError, TakenError
 from companion.flight.flight import After, FlightOutcome, FlightPlan
@@ -20,6 +21,7 @@ from companion.flight.guard import Fence, GuardLimits
 from companion.flight.heading import YawMode
 from companion.flight.online_correction import OnlineCorrection
 from companion.flight.strategies import ReferenceLaw, Strategy, reference_law
+from companion.flight.technique import Technique
 from companion.learning.inverse_network import InverseNetwork
 from companion.learning.online_settings import OnlineSettings
 from companion.link import parse_address
@@ -54,7 +56,19 @@ _DryRun: TypeAlias = Annotated[
     bool, typer.Option("--dry-run", help="Show what would be flown, and connect to nothing.")
 ]
 _Record: TypeAlias = Annotated[
-    Path | None, typer.Option(dir_okay=False, help="Write the flight's recording to this file (MCAP).")
+    Path | None,
+    typer.Option(
+        dir_okay=False, help="Write the flight's recording to this file (MCAP), its link to a .tlog beside."
+    ),
+]
+_LogDir: TypeAlias = Annotated[
+    Path,
+    typer.Option(
+        "--log-dir",
+        file_okay=False,
+        envvar="IMPROMPTU_LOG_DIR",
+        help="Folder for what --record does not name; of the built-in vehicle, only that is recorded.",
+    ),
 ]
 
 
@@ -84,6 +98,7 @@ def fly(
     forward: options.Forward = None,
     dry_run: _DryRun = False,
     record: _Record = None,
+    log_dir: _LogDir = Path("flights"),
     json: options.Json = None,
 ) -> None:
     """Take off, go to the start, track the trajectory, hold; and say how closely it was tracked.
@@ -118,12 +133,20 @@ def fly(
         show(console, *course.preview(limits))
         return
     address = _address(connect)
+    record = record or usual_path(address, log_dir, f"{course.name}-{strategy}")
     for path in filter(None, (record, json)):
         options.writable(path)
     show(console, f"strategy: {strategy}" + (f", model {model}" if model else ""))
     about = provenance(address, vehicle_name(address), course.name, strategy)
     key = options.signing_key(signing_key)
-    request = Request(address, system_id, limits, course, about, key, forward or ())
+    technique = Technique(
+        strategy=strategy,
+        online=preset.settings,
+        lookahead_s=lookahead,
+        model=model,
+        model_sha256=options.model_sha256(model),
+    )
+    request = Request(address, system_id, limits, course, about, technique, key, forward or ())
     flown = _conduct(request, record, console)
     show(console, *_lines(flown.outcome))
     if json is not None:

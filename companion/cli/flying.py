@@ -12,17 +12,18 @@ from rich.console import Console
 from companion import __version__, clock
 from companion.autopilot import Autopilot, Identity, detect, identify
 from companion.cli.display import FlightDisplay
+from companion.cli.recorded import link_text, recorded, versions
 from companion.errors import NoReplyError
 from companion.flight.flight import FlightOutcome, FlightPlan, fly
-from companion.flight.recorder import FlightRecorder
 from companion.flight.takeoff import Announce
+from companion.flight.technique import Technique
 from companion.link import connect, start_telemetry
 from companion.link.address import Address, Simulated
 from companion.link.connection import Connection
-from companion.link.presence import LinkChange
 from companion.link.signing import SigningKey
 from companion.link.telemetry import Telemetry
-from companion.recording import Provenance, write_recording
+from companion.recording import Provenance
+from companion.recording.topics import TECHNIQUE, VERSIONS
 from companion.trajectory import Limits, Trajectory, summarise
 from companion.trajectory.limits import peaks_of, stretches
 
@@ -102,6 +103,7 @@ class Request:
         limits: what the user allows.
         course: what to fly.
         provenance: what the recording belongs to.
+        technique: how it is flown.
         signing: the key of a signed link.
         forward: where ground stations share the link.
     """
@@ -111,6 +113,7 @@ class Request:
     limits: Limits
     course: Course
     provenance: Provenance
+    technique: Technique
     signing: SigningKey | None = None
     forward: Sequence[str] = ()
 
@@ -154,51 +157,40 @@ def conduct(request: Request, record: Path | None, console: Console) -> Flown:
 
     Args:
         request: what to fly, and where.
-        record: file for the recording; that of a flight which failed is written too.
+        record: file for the recording, which is written while it is flown; None for none.
         console: where the flight is shown.
 
     Raises:
         ImpromptuError: as `connect` and `fly`.
         typer.Exit: Ctrl-C ended the flight.
     """
-    recorder = FlightRecorder()
     try:
-        return clock.run(_fly(request, recorder, console), virtual=isinstance(request.address, Simulated))
+        return clock.run(_fly(request, record, console), virtual=isinstance(request.address, Simulated))
     except KeyboardInterrupt:
         console.print("stopped")
         raise typer.Exit(STOPPED) from None
-    finally:
-        recording = recorder.recording(request.provenance)
-        if record is not None and len(recording.states.time_s):
-            write_recording(recording, record)
-            show(console, f"recording: {record}")
 
 
-async def _fly(request: Request, recorder: FlightRecorder, console: Console) -> Flown:
+async def _fly(request: Request, record: Path | None, console: Console) -> Flown:
     with FlightDisplay(console) as display:
         display.phase("connecting")
-        async with connect(
-            request.address, system_id=request.system_id, signing=request.signing, forward=request.forward
-        ) as connection:
-
-            def link_changed(change: LinkChange) -> None:
-                text = (
-                    "lost the vehicle"
-                    if change.lost
-                    else f"the vehicle is back after {change.silence_s:.1f} s"
-                )
-                recorder.event(change.time_s, text)
-                display.phase(text)
-
-            connection.presence.subscribe(link_changed)
+        async with (
+            connect(
+                request.address,
+                system_id=request.system_id,
+                signing=request.signing,
+                forward=request.forward,
+            ) as connection,
+            recorded(connection, record, request.provenance, display.phase) as recorder,
+        ):
+            connection.presence.subscribe(lambda change: display.phase(link_text(change)))
             connection.status_texts.subscribe(display.vehicle_said)
-            connection.status_texts.subscribe(
-                lambda line: recorder.event(line.received_s, f"vehicle: {line.text}")
-            )
             telemetry = await start_telemetry(connection)
             identity = await identify(connection)
-            version = "" if identity.version is None else f" {identity.version}"
-            display.phase(f"connected to system {connection.system_id}, {identity.autopilot}{version}")
+            firmware = "" if identity.version is None else f" {identity.version}"
+            display.phase(f"connected to system {connection.system_id}, {identity.autopilot}{firmware}")
+            recorder.metadata(VERSIONS, versions(identity))
+            recorder.metadata(TECHNIQUE, request.technique.model_dump(mode="json"))
             autopilot = await detect(connection, telemetry)
             limits = await _limits(request.limits, autopilot, display.phase)
             outcome = await fly(

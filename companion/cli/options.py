@@ -1,5 +1,6 @@
 """Options that several subcommands share, and what they mean."""
 
+import hashlib
 import math
 from enum import StrEnum
 from pathlib import Path
@@ -148,6 +149,13 @@ def network(model: str | None) -> InverseNetwork | None:
         InputError: no such model, or not one that fits this program.
     """
     return None if model is None else load_model(bundled.find("models", model, ".safetensors"))
+
+
+def model_sha256(model: str | None) -> str | None:
+    """The digest (hex) of the file that `--model` names, if it names one; InputError as `network`."""
+    if model is None:
+        return None
+    return hashlib.sha256(bundled.find("models", model, ".safetensors").read_bytes()).hexdigest()
 
 
 def signing_key(file: Path | None) -> SigningKey | None:

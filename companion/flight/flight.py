@@ -24,7 +24,7 @@ from companion.flight.takeoff import Announce, home_of, is_flying, take_off
 from companion.flight.tracker import Tracker, tracking_error_m
 from companion.link.tasks import background_tasks
 from companion.link.telemetry import Telemetry
-from companion.recording.metrics import TrackingAccuracy, tracking_accuracy
+from companion.recording.metrics import ErrorSum, TrackingAccuracy
 from companion.recording.series import Provenance, Recording
 from companion.state import VehicleState
 from companion.trajectory.trajectory import Trajectory
@@ -92,7 +92,7 @@ class FlightOutcome:
         trajectory: what was to be flown, NED of the vehicle's origin (m).
         start_s: when it began, or would have, where it was resumed (companion clock, s).
         clips: how often the guard changed what.
-        recording: all of it.
+        recording: what the recorder still has of it.
     """
 
     accuracy: TrackingAccuracy
@@ -145,14 +145,7 @@ async def fly(
     finally:
         unsubscribe()
     recording = flight.recorder.recording(provenance)
-    accuracy = tracking_accuracy(
-        lambda time_s: tracked.trajectory.sample(time_s - tracked.start_s).position,
-        recording.states.time_s,
-        recording.states.position,
-        tracked.from_s,
-        tracked.start_s + tracked.trajectory.duration_s,
-    )
-    return FlightOutcome(accuracy, tracked.trajectory, tracked.start_s, tracked.clips, recording)
+    return FlightOutcome(tracked.accuracy, tracked.trajectory, tracked.start_s, tracked.clips, recording)
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,13 +155,13 @@ class _Tracked:
     Attributes:
         trajectory: NED of the vehicle's origin (m).
         start_s: when it began, or would have (companion clock, s).
-        from_s: when tracking it began (companion clock, s).
+        accuracy: against the vehicle's own estimate.
         clips: how often the guard changed what.
     """
 
     trajectory: Trajectory
     start_s: float
-    from_s: float
+    accuracy: TrackingAccuracy
     clips: Mapping[Clip, int]
 
 
@@ -214,10 +207,15 @@ class _Flight:
             await self.autopilot.engage()
             spawn(_until_taken(self.autopilot))
             tracker, from_s = await begin(trajectory, stream)
+            errors = ErrorSum(
+                lambda time_s: trajectory.at(time_s - tracker.start_s).position, from_s, tracker.end_s
+            )
+            unsubscribe = self.telemetry.subscribe(lambda state: errors.add(state.time_s, state.position))
             await self._track(tracker)
+            unsubscribe()
             self.note("holding")
             await self.autopilot.hold()
-        return _Tracked(trajectory, tracker.start_s, from_s, control.clips)
+        return _Tracked(trajectory, tracker.start_s, errors.accuracy, control.clips)
 
     async def hand_back(self) -> None:
         """As the plan says, after the hold."""

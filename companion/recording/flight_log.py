@@ -60,6 +60,7 @@ class FlightLog:
 
     Attributes:
         lost: how many messages and frames were left out.
+        epoch_s: date (Unix time, s) of the zero of the companion clock.
     """
 
     def __init__(self, mcap: Spool, tlog: Spool, provenance: Provenance, tell: Tell) -> None:
@@ -67,8 +68,8 @@ class FlightLog:
         self._mcap, self._tlog = mcap, tlog
         self._tell = tell
         self._troubled = False
-        self._epoch_s = clock.epoch_s()
-        self._writer = McapWriter(mcap, provenance, self._epoch_s)
+        self.epoch_s = clock.epoch_s()
+        self._writer = McapWriter(mcap, provenance, self.epoch_s)
 
     def add(self, topic: str, time_s: float, fields: Fields) -> None:
         """Take in a message."""
@@ -88,7 +89,7 @@ class FlightLog:
     def frame(self, data: bytes) -> None:
         """Take in a frame of the link, as it was sent or received just now."""
         if self._takes(self._tlog):
-            self._tlog.write(stamped(self._epoch_s + clock.now(), data))
+            self._tlog.write(stamped(self.epoch_s + clock.now(), data))
 
     async def keep_writing(self) -> None:
         """Write what has come, again and again, until cancelled."""

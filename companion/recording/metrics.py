@@ -48,3 +48,39 @@ def tracking_accuracy(
         rms_axes_m=np.sqrt(mean_squares),
         max_m=float(np.sqrt(squares.sum(axis=1).max())),
     )
+
+
+class ErrorSum:
+    """`tracking_accuracy`, state by state as they come: what a flight of any length can hold.
+
+    Args:
+        desired_position: where the vehicle was to be at an instant (NED, m).
+        start_s, end_s: first and last instant that count (s).
+    """
+
+    def __init__(self, desired_position: Callable[[float], Vec3], start_s: float, end_s: float) -> None:
+        self._desired_position = desired_position
+        self._start_s, self._end_s = start_s, end_s
+        self._count = 0
+        self._squares: Vec3 = np.zeros(3)
+        self._max_square = 0.0
+
+    def add(self, time_s: float, position: Vec3) -> None:
+        """Take in where the vehicle was at `time_s` (NED, m)."""
+        if self._start_s <= time_s <= self._end_s:
+            squares = (position - self._desired_position(time_s)) ** 2
+            self._count += 1
+            self._squares = self._squares + squares
+            self._max_square = max(self._max_square, float(squares.sum()))
+
+    @property
+    def accuracy(self) -> TrackingAccuracy:
+        """Of what came so far; ValueError when nothing did that counts."""
+        if not self._count:
+            raise ValueError(f"no state between {self._start_s} s and {self._end_s} s")
+        mean_squares: Vec3 = self._squares / self._count
+        return TrackingAccuracy(
+            rms_m=float(np.sqrt(mean_squares.sum())),
+            rms_axes_m=np.sqrt(mean_squares),
+            max_m=float(np.sqrt(self._max_square)),
+        )

@@ -6,8 +6,11 @@ import sys
 from asyncio.subprocess import PIPE, Process
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from pathlib import Path
 
 import pytest
+
+from companion.recording import read_recording
 
 SYSTEM_ID = 97  # ports of its own, away from those of a simulator that a developer may have running
 PORT = 14540 + SYSTEM_ID - 1
@@ -35,7 +38,10 @@ async def line_with(text: str, process: Process) -> str:
 
 @pytest.mark.realtime
 @pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])
-async def test_a_flight_that_is_stopped_leaves_the_vehicle_in_a_hold(stop: signal.Signals) -> None:
+async def test_a_flight_that_is_stopped_leaves_the_vehicle_in_a_hold(
+    stop: signal.Signals, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("IMPROMPTU_LOG_DIR", str(tmp_path))
     serve = ("sitl", "--system-id", str(SYSTEM_ID), "--speed", "2")
     fly = ("fly", "star", "--connect", f"udpin://127.0.0.1:{PORT}")
     async with companion(*serve) as vehicle, companion(*fly) as flight:
@@ -44,6 +50,8 @@ async def test_a_flight_that_is_stopped_leaves_the_vehicle_in_a_hold(stop: signa
         await line_with("the vehicle holds", flight)
         await line_with("stopped", flight)
         assert await flight.wait() == 130
+        (recording,) = (read_recording(path) for path in tmp_path.glob("*-star-gp.mcap"))
+        assert recording.events[-1][1] == "the vehicle holds"
         await line_with("mode OFFBOARD", vehicle)
         await line_with("mode HOLD", vehicle)
         vehicle.send_signal(stop)

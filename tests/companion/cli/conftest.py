@@ -2,6 +2,7 @@
 
 import signal
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from command_line import Ran, Run
@@ -10,7 +11,11 @@ from companion.cli import main
 
 
 @pytest.fixture
-def companion(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Iterator[Run]:
+def companion(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> Iterator[Run]:
+    monkeypatch.setenv("IMPROMPTU_LOG_DIR", str(tmp_path / "flights"))
+
     def run(*arguments: object) -> Ran:
         monkeypatch.setattr("sys.argv", ["companion", *map(str, arguments)])
         with pytest.raises(SystemExit) as ended:

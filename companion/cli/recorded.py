@@ -1,0 +1,106 @@
+"""The recording of a flight on a link: where it is kept, and what is in it besides the flight itself."""
+
+import platform
+import re
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from importlib.metadata import version
+from pathlib import Path
+
+from companion import clock
+from companion.autopilot import Identity
+from companion.flight.recorder import FlightRecorder, Recorder
+from companion.flight.takeoff import Announce
+from companion.link.address import Address, Simulated
+from companion.link.connection import Connection
+from companion.link.dialect import mavlink
+from companion.link.parameter_encoding import ParameterType, decode_value, usual_encoding
+from companion.link.presence import LinkChange
+from companion.link.status_text import StatusText
+from companion.recording import Provenance
+from companion.recording.flight_log import flight_log
+
+_LIBRARIES = ("impromptu", "numpy", "scipy", "pymavlink")
+
+
+def usual_path(address: Address, folder: Path, name: str) -> Path | None:
+    """Where a flight is recorded that was not told where; None for the built-in vehicle's, in a virtual time.
+
+    Args:
+        address: of the vehicle.
+        folder: of all recordings.
+        name: of the flight.
+    """
+    if isinstance(address, Simulated):
+        return None
+    return folder / f"{clock.utc_stamp()}-{re.sub(r'[^A-Za-z0-9_.+]+', '-', name)}.mcap"
+
+
+@asynccontextmanager
+async def recorded(
+    connection: Connection, path: Path | None, provenance: Provenance, announce: Announce
+) -> AsyncIterator[Recorder]:
+    """Record a flight until the block ends: to `path` and the `.tlog` beside it, or in memory.
+
+    Args:
+        connection: to the vehicle; what it says and whether it is there is recorded, too.
+        path: of the MCAP file; None for the memory.
+        provenance: what the flight is.
+        announce: told where the recording is, and what keeps it from being written.
+
+    Raises:
+        InputError: a file cannot be opened.
+    """
+    if path is None:
+        recorder: Recorder = FlightRecorder()
+        _record_link(connection, recorder)
+        yield recorder
+        return
+
+    def tell(text: str) -> None:
+        announce(text)
+        recorder.event(clock.now(), text, "recording")
+
+    async with flight_log(path, provenance, tell) as log:
+        recorder = Recorder(log, log.epoch_s)
+        _record_link(connection, recorder)
+        unhear = connection.overhear(log.frame)
+        try:
+            yield recorder
+        finally:
+            unhear()
+            announce(f"recording: {path}")
+
+
+def versions(identity: Identity) -> dict[str, str]:
+    """What the numbers of a flight may depend on, by name."""
+    return {
+        **{library: version(library) for library in _LIBRARIES},
+        "python": platform.python_version(),
+        "machine": platform.machine(),
+        "autopilot": identity.autopilot,
+        "firmware": identity.version or "unknown",
+    }
+
+
+def link_text(change: LinkChange) -> str:
+    """In words, that the vehicle was lost or is back."""
+    return "lost the vehicle" if change.lost else f"the vehicle is back after {change.silence_s:.1f} s"
+
+
+def _record_link(connection: Connection, recorder: Recorder) -> None:
+    encoding = usual_encoding(connection.heartbeat.autopilot)
+
+    def parameter(message: mavlink.MAVLink_param_value_message) -> None:
+        try:
+            value = decode_value(message.param_value, ParameterType(message.param_type), encoding)
+        except ValueError:
+            return  # of a type that is wider than the field
+        recorder.parameter(clock.now(), message.param_id, value)
+
+    def status_text(line: StatusText) -> None:
+        recorder.event(line.received_s, f"vehicle: {line.text}", "vehicle", {"severity": line.severity})
+
+    connection.subscribe(mavlink.MAVLink_param_value_message, parameter)
+    connection.status_texts.subscribe(status_text)
+    connection.presence.subscribe(lambda change: recorder.event(change.time_s, link_text(change), "link"))
