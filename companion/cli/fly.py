@@ -21,6 +21,7 @@ from companion.flight.guard import Fence, GuardLimits
 from companion.flight.heading import YawMode
 from companion.flight.online_correction import OnlineCorrection
 from companion.flight.strategies import ReferenceLaw, Strategy, reference_law
+from companion.flight.supervision import supervision_of
 from companion.flight.technique import Technique
 from companion.learning.inverse_network import InverseNetwork
 from companion.learning.online_settings import OnlineSettings
@@ -117,11 +118,13 @@ def fly(
     """
     console = Console()
     limits, guard_limits = options.limits(speed), options.guard_limits(guard)
-    strategy, law = _technique(strategy, options.network(model), lookahead, preset.settings)
+    network = options.network(model)
+    strategy, law = _technique(strategy, network, lookahead, preset.settings)
     flight = partial(
         FlightPlan,
         law=law,
         correction=OnlineCorrection(preset.settings) if strategy.learns_online else None,
+        supervision=supervision_of(strategy, network, preset.settings),
         period_s=strategy.period_s(preset.settings),
         yaw=yaw,
         resume=resume,

@@ -117,6 +117,8 @@ class Control:
         sent = self._frame.sent(guarded.reference, now_s)
         yaw = self._heading(step.desired.velocity)
         self._recorder.step(now_s, step, guarded, sent, yaw)
+        for remark in step.remarks:
+            self._recorder.event(now_s, remark, "negative transfer")
         self._count(now_s, guarded)
         return sent, yaw
 

@@ -20,6 +20,7 @@ from companion.flight.online_correction import OnlineCorrection
 from companion.flight.recorder import FlightRecorder, Recorder
 from companion.flight.strategies import ReferenceLaw, position_velocity
 from companion.flight.stream import SetpointStream
+from companion.flight.supervision import Supervision
 from companion.flight.takeoff import Announce, home_of, is_flying, take_off
 from companion.flight.tracker import Tracker, tracking_error_m
 from companion.link.tasks import background_tasks
@@ -62,6 +63,7 @@ class FlightPlan:
         trajectory: NED relative to the takeoff point (m).
         law: how u1 is made.
         correction: the online module, or None.
+        supervision: how much of it and of a network is flown, or None: all.
         period_s: between two setpoints (s).
         limits: of the guard.
         settle_s: least time at rest at the start, the strategy already active (s).
@@ -74,6 +76,7 @@ class FlightPlan:
     trajectory: Trajectory
     law: ReferenceLaw = position_velocity
     correction: OnlineCorrection | None = None
+    supervision: Supervision | None = None
     period_s: float = 0.02
     limits: GuardLimits = field(default_factory=GuardLimits)
     settle_s: float = 3.0
@@ -301,7 +304,7 @@ class _Flight:
         return tracker, joining_tracker.end_s
 
     def _tracker(self, trajectory: Trajectory, start_s: float) -> Tracker:
-        return Tracker(trajectory, start_s, self.plan.law, self.plan.correction)
+        return Tracker(trajectory, start_s, self.plan.law, self.plan.correction, self.plan.supervision)
 
     async def _track(self, tracker: Tracker) -> None:
         """Tell how far the vehicle is, until the trajectory and its last telemetry are over."""

@@ -11,6 +11,7 @@ import numpy as np
 from companion.flight.guard import Guarded
 from companion.flight.reference import Reference
 from companion.flight.tracker import ControlStep, Tracker
+from companion.learning.negative_transfer import loop_gain
 from companion.recording import scene, topics
 from companion.recording.collected import Collected
 from companion.recording.series import Provenance, Recording, rows
@@ -155,4 +156,7 @@ def _tracking(step: ControlStep, guarded: Guarded) -> Row:
         "predicted_position": None if predicted is None else predicted.position,
         "predicted_variance": None if predicted is None else np.full(3, predicted.variance),
         "alpha": None if online is None else online.alpha,
+        "loop_gain": None if online is None else loop_gain(online.alpha, online.predicted.gradient),
+        "network_share": None if step.shares is None else step.shares.network,
+        "correction_share": None if step.shares is None else step.shares.correction,
     }

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol
 
-import numpy as np
 from jaxtyping import Float
 
 from companion.arrays import Array
@@ -132,27 +131,6 @@ class Early:
         )
 
 
-@dataclass(frozen=True, slots=True)
-class Tempered:
-    """Between what a plain law and another make of a trajectory: `share` of the way (0 to 1) to the other."""
-
-    law: ReferenceLaw
-    plain: ReferenceLaw
-    share: float
-
-    def __call__(self, trajectory: Trajectory, time_s: float, state: VehicleState) -> Reference:
-        """The mean of both references, so weighted; an acceleration that only one has is taken in part."""
-        plain, other = self.plain(trajectory, time_s, state), self.law(trajectory, time_s, state)
-        from_a, to_a = (
-            np.zeros(3) if each.acceleration is None else each.acceleration for each in (plain, other)
-        )
-        return Reference(
-            plain.position + self.share * (other.position - plain.position),
-            plain.velocity + self.share * (other.velocity - plain.velocity),
-            from_a + self.share * (to_a - from_a),
-        )
-
-
 def reference_law(
     strategy: Strategy,
     *,
@@ -181,4 +159,4 @@ def reference_law(
                 raise InputError(f"strategy {strategy} needs a network: give --model")
             if strategy is Strategy.DNN or online.network_share == 1.0:
                 return InverseDynamics(network)
-            return Tempered(InverseFeedforward(network), Early(online.lead), online.network_share)
+            return Early(online.lead)

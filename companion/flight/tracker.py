@@ -1,6 +1,7 @@
 """One control step: desired motion, reference u1, online correction u2. No clock, no I/O."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -8,6 +9,8 @@ from companion.arrays import Vec3
 from companion.flight.online_correction import OnlineCorrection, OnlineStep
 from companion.flight.reference import Correction, Reference
 from companion.flight.strategies import ReferenceLaw, position_velocity
+from companion.flight.supervision import Supervision
+from companion.learning.negative_transfer import Shares
 from companion.state import VehicleState
 from companion.trajectory.trajectory import Sample, Trajectory
 
@@ -21,17 +24,18 @@ class ControlStep:
         plain: the baseline's reference.
         u1: the strategy's reference.
         online: what the online module made of it, or None.
+        u2: what is left of its correction; zero without an online module.
+        shares: how much of network and correction is in them.
+        remarks: what of that has changed, in words.
     """
 
     desired: Sample
     plain: Reference
     u1: Reference
     online: OnlineStep | None
-
-    @property
-    def u2(self) -> Correction:
-        """The online correction; zero without an online module."""
-        return Correction() if self.online is None else self.online.u2
+    u2: Correction = field(default_factory=Correction)
+    shares: Shares | None = None
+    remarks: Sequence[str] = ()
 
 
 class Tracker:
@@ -46,11 +50,13 @@ class Tracker:
         start_s: float,
         law: ReferenceLaw = position_velocity,
         correction: OnlineCorrection | None = None,
+        supervision: Supervision | None = None,
     ) -> None:
         self.trajectory = trajectory
         self.start_s = start_s
         self._law = law
         self._correction = correction
+        self._supervision = supervision
 
     @property
     def end_s(self) -> float:
@@ -76,11 +82,19 @@ class Tracker:
         """What to send, the vehicle being in `state` (already carried to the present)."""
         time_s = state.time_s - self.start_s
         desired = self.trajectory.at(time_s)
+        plain = Reference(desired.position, desired.velocity)
         u1 = self._law(self.trajectory, time_s, state)
-        online = (
-            None if self._correction is None else self._correction.correct(u1, self.trajectory, time_s, state)
-        )
-        return ControlStep(desired, Reference(desired.position, desired.velocity), u1, online)
+        if self._correction is None:
+            return ControlStep(desired, plain, u1, None)
+        if self._supervision is None:
+            online = self._correction.correct(u1, self.trajectory, time_s, state)
+            return ControlStep(desired, plain, u1, online, online.u2)
+        loop = self._correction.loop
+        u1 = self._supervision.u1(u1, self.trajectory, time_s, state, loop)
+        online = self._correction.correct(u1, self.trajectory, time_s, state)
+        u2 = self._supervision.u2(online, loop)
+        shares, remarks = self._supervision.shares, self._supervision.remarks()
+        return ControlStep(desired, plain, u1, online, u2, shares, remarks)
 
     def sent(self, reference: Reference, state: VehicleState) -> None:
         """What the guard let pass: the online module learns from it, not from what was wanted."""

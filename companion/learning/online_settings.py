@@ -43,7 +43,10 @@ class OnlineSettings(BaseModel):
         caution: how much an innovation counts against a predicted error (`correction.Confidence`); 0: not.
         velocity_caution: the same of the velocity, where the estimate's drift counts as innovation too.
         memory: steps over which that is judged.
-        network_share: how far `dnn+gp` follows the network instead of the plain reference, 0 to 1.
+        network_share: how far `dnn+gp` follows the network instead of the plain reference, 0 to 1,
+            before it is known what that does.
+        harm_memory_s: over how long it is measured what network and correction do (`negative_transfer`), which
+            their shares follow (s); 0: not.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -62,6 +65,7 @@ class OnlineSettings(BaseModel):
     velocity_caution: NonNegativeFloat = 0.0
     memory: Annotated[int, Field(ge=1, le=100_000)] = 100
     network_share: Annotated[float, Field(gt=0.0, le=1.0)] = 1.0
+    harm_memory_s: NonNegativeFloat = 0.0
 
     @model_validator(mode="after")
     def _form_fits(self) -> Self:
@@ -96,6 +100,7 @@ DEFAULT = OnlineSettings(
     lead=ReferenceLead(position_s=0.03, velocity_s=0.06, acceleration_s=0.15),
     velocity_caution=5.0,
     network_share=0.3,
+    harm_memory_s=3.0,
 )
 """Ours: the model that predicts real flights best, from constant velocity by ten seconds of flight; a preview
 at which a small predicted error says much, and gains to match. The velocity is corrected as far as it can be

@@ -72,6 +72,8 @@ class TrackingSeries:
         predicted_position: position that the online model expects one preview later, m; NaN without one.
         predicted_variance: its variance, m²; NaN without one.
         alpha: gain of the correction, a number an axis; NaN without one.
+        network_share, correction_share: how much of a network and of the correction was flown (0 to 1); NaN
+            where nobody judged (`learning.negative_transfer`).
     """
 
     time_s: Times
@@ -83,6 +85,8 @@ class TrackingSeries:
     predicted_position: Vec3s
     predicted_variance: Vec3s
     alpha: Vec3s
+    network_share: Times
+    correction_share: Times
 
 
 @dataclass(frozen=True, eq=False)

@@ -33,7 +33,11 @@ CONTROL, TRAJECTORY = "/control", "/trajectory"
 SERIES = {STATE: StateSeries, REFERENCE: ReferenceSeries, TRACKING: TrackingSeries}
 
 XYZ = ("x", "y", "z")
-_NOT_XYZ = {"attitude": ("roll", "pitch", "yaw"), "rates": ("p", "q", "r"), "yaw": ()}
+_NOT_XYZ = {
+    "attitude": ("roll", "pitch", "yaw"),
+    "rates": ("p", "q", "r"),
+    **dict.fromkeys(("yaw", "network_share", "correction_share"), ()),
+}
 """Columns whose components have names of their own, or that are mere numbers and have none."""
 
 
@@ -48,7 +52,8 @@ COLUMNS = {topic: _columns(kind) for topic, kind in SERIES.items()}
 NUMBERS: dict[str, dict[str, tuple[str, ...]]] = {
     STATE: COLUMNS[STATE] | {"received_s": ()},
     REFERENCE: COLUMNS[REFERENCE],
-    TRACKING: COLUMNS[TRACKING] | dict.fromkeys(("u1_velocity", "u1_acceleration", "u2_velocity"), XYZ),
+    TRACKING: COLUMNS[TRACKING]
+    | dict.fromkeys(("u1_velocity", "u1_acceleration", "u2_velocity", "loop_gain"), XYZ),
     GUARD: {"moved": XYZ},
     PARAMETERS: {"value": ()},
     TRAJECTORY: dict.fromkeys(("start_s", "duration_s", "step_s"), ()),

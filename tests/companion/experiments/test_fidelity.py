@@ -141,7 +141,7 @@ def test_a_vehicle_on_its_way_does_not_follow_yet(recording: Recording) -> None:
 
 def test_a_tracked_trajectory_is_the_segment(recording: Recording) -> None:
     tracked = np.full((2, 3), 0.0)
-    tracking = TrackingSeries(np.array((BOOT_S + 2.0, BOOT_S + 6.0)), *([tracked] * 8))
+    tracking = TrackingSeries(np.array((BOOT_S + 2.0, BOOT_S + 6.0)), *([tracked] * 8), *np.ones((2, 2)))
     (only,) = segments_of(replace(recording, segments=(), tracking=tracking))
     assert (only.window.start_s, only.window.end_s) == pytest.approx((BOOT_S + 2.0, BOOT_S + 6.0), abs=0.03)
 

@@ -14,7 +14,6 @@ from companion.flight.reference import Reference
 from companion.flight.strategies import (
     InverseDynamics,
     InverseFeedforward,
-    Tempered,
     position_velocity_acceleration,
 )
 from companion.learning.features import ACCELERATING_OUTPUTS, INVERSE_INPUTS, INVERSE_OUTPUTS, Preview
@@ -33,22 +32,19 @@ def beside(trajectory: Trajectory, time_s: float, state: VehicleState) -> Refere
 
 
 @pytest.mark.parametrize("share", [0.25, 0.5, 1.0])
-def test_tempered_goes_only_a_share_of_the_way(share: float) -> None:
-    desired = LINE.at(0.7)
-    tempered = Tempered(beside, position_velocity_acceleration, share)(LINE, 0.7, STATE)
+def test_only_a_share_of_the_way_to_another_reference(share: float) -> None:
+    desired, plain = LINE.at(0.7), position_velocity_acceleration(LINE, 0.7, STATE)
+    tempered = plain.towards(beside(LINE, 0.7, STATE), share)
     np.testing.assert_allclose(tempered.position, desired.position + share * OFFSET)
     np.testing.assert_allclose(tempered.velocity, desired.velocity + share * EXTRA)
     assert tempered.acceleration is not None
     np.testing.assert_allclose(tempered.acceleration, (1.0 - share) * desired.acceleration)
 
 
-def test_without_a_share_it_is_plain() -> None:
-    tempered = Tempered(beside, position_velocity_acceleration, 0.0)(LINE, 0.7, STATE)
-    plain = position_velocity_acceleration(LINE, 0.7, STATE)
-    np.testing.assert_allclose(tempered.position, plain.position)
-    assert tempered.acceleration is not None
-    assert plain.acceleration is not None
-    np.testing.assert_allclose(tempered.acceleration, plain.acceleration)
+def test_another_reference_pulls_as_the_autopilot_answers() -> None:
+    desired, plain = LINE.at(0.7), position_velocity_acceleration(LINE, 0.7, STATE)
+    pull = plain.pull_towards(beside(LINE, 0.7, STATE), np.full(3, 2.0), np.full(3, 3.0))
+    np.testing.assert_allclose(pull, 2.0 * OFFSET + 3.0 * EXTRA - desired.acceleration)
 
 
 def linear_network(outputs: tuple[str, ...]) -> InverseNetwork:
@@ -102,6 +98,6 @@ def test_an_acceleration_that_the_network_does_not_give_counts_as_none() -> None
     desired = LINE.at(0.7)
     law = InverseFeedforward(PLAIN_NETWORK)
     assert law(LINE, 0.7, STATE).acceleration is None
-    tempered = Tempered(law, position_velocity_acceleration, 0.3)(LINE, 0.7, STATE)
+    tempered = position_velocity_acceleration(LINE, 0.7, STATE).towards(law(LINE, 0.7, STATE), 0.3)
     assert tempered.acceleration is not None
     np.testing.assert_allclose(tempered.acceleration, 0.7 * desired.acceleration)

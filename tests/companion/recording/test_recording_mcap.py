@@ -45,7 +45,7 @@ def recording(rows: int = 300) -> Recording:
         states=StateSeries(time_s, one, two, three, four),
         references=ReferenceSeries(time_s[::2], one[::2], two[::2], nothing[::2], yaw[::2]),
         tracking=TrackingSeries(
-            time_s[1::2], *(v[1::2] for v in (one, two, three, one, two, nothing, four, one))
+            time_s[1::2], *(v[1::2] for v in (one, two, three, one, two, nothing, four, one, yaw, time_s))
         ),
         events=((0.0, "armed"), (1.5, "Übergabe\nat last")),
         segments=(
