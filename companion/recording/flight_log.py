@@ -50,6 +50,7 @@ async def flight_log(path: Path, provenance: Provenance, tell: Tell) -> AsyncIte
 
 def _opened(path: Path) -> io.FileIO:
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
         return path.open("wb", buffering=0)
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror})") from error

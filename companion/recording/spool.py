@@ -34,7 +34,8 @@ class Spool:
 
     def write(self, data: bytes, /) -> int:
         """Take `data`; returns its length."""
-        self._waiting.append(data)
+        if data:
+            self._waiting.append(data)
         self._taken += len(data)
         return len(data)
 
