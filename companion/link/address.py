@@ -66,12 +66,14 @@ class Simulated:
         conditions: a name in `config/conditions/`, or the path of a conditions file.
         seed: of everything random.
         record_truth: whether the vehicle keeps its true states, for experiments.
+        faults: what goes wrong with it, each as a line of text; `sitl.faults.reading` reads them.
     """
 
     vehicle: str
     conditions: str = "ideal"
     seed: int = 0
     record_truth: bool = False
+    faults: tuple[str, ...] = ()
 
 
 Address: TypeAlias = UdpIn | UdpOut | TcpOut | TcpIn | Serial | Simulated
@@ -136,16 +138,19 @@ def _simulated(text: str, rest: str) -> Simulated:
     if not vehicle:
         raise _wrong(text, "the vehicle is missing, as in sitl://bebop2")
     try:
-        settings = dict(parse_qsl(query, keep_blank_values=True, strict_parsing=bool(separator)))
+        pairs = parse_qsl(query, keep_blank_values=True, strict_parsing=bool(separator))
     except ValueError:
         raise _wrong(text, "behind the ? come conditions=NAME and seed=NUMBER, with & between them") from None
+    faults = tuple(value for key, value in pairs if key == "fault")
+    settings = {key: value for key, value in pairs if key != "fault"}
     unknown = settings.keys() - {"conditions", "seed"}
     if unknown:
-        raise _wrong(text, f"{min(unknown)!r} is no setting of the built-in vehicle: conditions and seed are")
+        known = "conditions, seed and fault are"
+        raise _wrong(text, f"{min(unknown)!r} is no setting of the built-in vehicle: {known}")
     seed = settings.get("seed", "0")
     if not (seed.isascii() and seed.isdecimal()):
         raise _wrong(text, f"the seed {seed!r} is not a whole number")
-    return Simulated(vehicle, settings.get("conditions") or "ideal", int(seed))
+    return Simulated(vehicle, settings.get("conditions") or "ideal", int(seed), faults=faults)
 
 
 def _hint(text: str) -> str:

@@ -23,11 +23,12 @@ def open_simulated(address: Simulated, receiver: Receiver) -> "SimulatedTranspor
     """A vehicle on the ground whose time 0 is now.
 
     Raises:
-        InputError: the vehicle or the conditions are not there, or wrong.
+        InputError: the vehicle, the conditions or a fault are not there, or wrong.
         LinkError: what the simulator needs is not installed.
     """
     try:
         from sitl.errors import SitlError
+        from sitl.faults.reading import parse_faults
         from sitl.mavlink import open_vehicle
     except ModuleNotFoundError as error:
         raise LinkError(
@@ -35,7 +36,11 @@ def open_simulated(address: Simulated, receiver: Receiver) -> "SimulatedTranspor
         ) from error
     try:
         vehicle = open_vehicle(
-            address.vehicle, address.conditions, seed=address.seed, record_truth=address.record_truth
+            address.vehicle,
+            address.conditions,
+            seed=address.seed,
+            record_truth=address.record_truth,
+            faults=parse_faults(address.faults),
         )
     except SitlError as error:
         raise InputError(str(error)) from error

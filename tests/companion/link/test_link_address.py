@@ -23,6 +23,10 @@ from companion.link.address import Address, Serial, Simulated, TcpIn, TcpOut, Ud
         ("sitl://bebop2?conditions=realistic&seed=1", Simulated("bebop2", "realistic", 1)),
         ("sitl:///home/me/my vehicle.yaml?seed=3", Simulated("/home/me/my vehicle.yaml", seed=3)),
         ("sitl://./vehicle.yaml?conditions=./wind.yaml", Simulated("./vehicle.yaml", "./wind.yaml")),
+        (
+            "sitl://iris?fault=motor_dead:motor=2,at_s=9&seed=4&fault=reboot",
+            Simulated("iris", seed=4, faults=("motor_dead:motor=2,at_s=9", "reboot")),
+        ),
     ],
 )
 def test_right_strings(text: str, address: Address) -> None:
