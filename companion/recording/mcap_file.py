@@ -11,12 +11,12 @@ from typing import TypeAlias
 from companion.errors import InputError
 from companion.recording import topics
 from companion.recording.collected import HOVER, SEGMENT_LIST, Collected
-from companion.recording.mcap_reader import read_messages
+from companion.recording.mcap_reader import UNREADABLE, Attachment, CutShort, Message, Metadata, read_items
 from companion.recording.mcap_writer import McapWriter
 from companion.recording.series import Recording, Series
 from companion.recording.topics import EVENTS, REFERENCE, SEGMENTS, STATE, TRACKING, Fields
 
-Message: TypeAlias = tuple[float, str, Fields]
+Timed: TypeAlias = tuple[float, str, Fields]
 
 
 def write_recording(recording: Recording, path: Path) -> None:
@@ -55,7 +55,15 @@ def read_mcap(path: Path) -> Recording:
         InputError: when the file cannot be read, is no recording, is damaged or is too large.
     """
     collected = Collected()
-    whole = read_messages(path, collected)
+    whole = True
+    for item in read_items(path):
+        match item:
+            case CutShort():
+                whole = False
+            case Attachment():
+                pass
+            case _:
+                _collect(item, collected, path)
     if collected.provenance is None:
         raise InputError(f"{path}: no recording of Impromptu: an MCAP file with its provenance was expected")
     if not whole:
@@ -63,17 +71,28 @@ def read_mcap(path: Path) -> Recording:
     return collected.recording(collected.provenance)
 
 
+def _collect(item: Message | Metadata, collected: Collected, path: Path) -> None:
+    try:
+        if isinstance(item, Metadata):
+            collected.add_metadata(item.name, item.values)
+        else:
+            collected.add(item.topic, item.time_s, item.fields)
+    except UNREADABLE as error:
+        what = item.name if isinstance(item, Metadata) else f"{item.topic} at {item.time_s} s"
+        raise InputError(f"{path}: damaged: {what} is not what it should be") from error
+
+
 def _parts(recording: Recording) -> dict[str, object]:
     segments = json.loads(SEGMENT_LIST.dump_json(recording.segments))
     return {"segments": segments, "hover": json.loads(HOVER.dump_json(recording.hover))}
 
 
-def _rows(topic: str, series: Series) -> Iterator[Message]:
+def _rows(topic: str, series: Series) -> Iterator[Timed]:
     names = [field.name for field in dataclasses.fields(series)]
     for time_s, *values in zip(*(getattr(series, name) for name in names), strict=True):
         yield time_s, topic, topics.row(topic, dict(zip(names[1:], values, strict=True)))
 
 
-def _events(recording: Recording, writer: McapWriter) -> Iterator[Message]:
+def _events(recording: Recording, writer: McapWriter) -> Iterator[Timed]:
     for time_s, text in recording.events:
         yield time_s, EVENTS, topics.event(writer.unix_ns(time_s), text)
