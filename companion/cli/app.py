@@ -15,12 +15,15 @@ COMMANDS = {
     "fly": "Fly a trajectory, and say how closely it was tracked.",
     "sitl": "Serve a simulated quadrotor over MAVLink.",
     "collect": "Fly the training trajectory, and write the data set.",
+    "replay": "Compute a recorded flight again, and show where today's code does otherwise.",
     "train": "Train an inverse network on a data set.",
     "doctor": "Say what would stop a flight of a vehicle, and what to set.",
     "identify": "Fit a simulated vehicle to a flight log of the real one.",
+    "similarity": "Say whether the network of one vehicle serves another.",
 }
 BENCHMARKS = {
     "linear": "The paper's simulation: one linear system's inverse network steers another.",
+    "pairs": "The inverse of one random linear system steers another, a thousand times.",
     "quadrotor": "The paper's flights: one quadrotor's inverse network steers another.",
     "transfer": "Every vehicle's inverse network on every other vehicle.",
     "fidelity": "Recordings of real vehicles against their simulated twins.",

@@ -16,6 +16,8 @@ from companion.similarity.linear_system import LinearSystem
 
 ON_THE_CIRCLE = 1e-9
 ROUNDING = 1e-14
+LEAST_DELAY = 0.02
+"""Steps; what is less is none."""
 FREQUENCIES = 400
 
 
@@ -26,9 +28,19 @@ class TransferFunction(NamedTuple):
     denominator: Float[Array, " n"]
 
     @classmethod
-    def of(cls, system: LinearSystem, delay: int = 0) -> "TransferFunction":
-        """From input to output of a system, with that many steps of dead time before it."""
-        return cls(system.numerator, np.concatenate((system.denominator, np.zeros(delay))))
+    def of(cls, system: LinearSystem, delay: float = 0.0) -> "TransferFunction":
+        """From input to output of a system, with that many steps of dead time before it, part ones as well.
+
+        The part of a step is an all-pass of first order (Thiran's fractional delay).
+        """
+        numerator, denominator = system.numerator, system.denominator
+        whole = int(delay)
+        part = delay - whole
+        if part > LEAST_DELAY:
+            a = (1.0 - part) / (1.0 + part)
+            numerator = np.convolve(numerator, (a, 1.0))
+            denominator = np.convolve(denominator, (1.0, a))
+        return cls(numerator, np.concatenate((denominator, np.zeros(whole))))
 
 
 def nu_gap(first: TransferFunction, second: TransferFunction) -> float:

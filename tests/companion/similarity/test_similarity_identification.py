@@ -1,0 +1,90 @@
+"""Closed loops identified from flights of vehicles that are known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.linalg import expm
+from spring_flight import answering_the_wrong_way, spring_flight
+
+from companion.errors import InputError
+from companion.similarity.identification import identify_recording
+from companion.similarity.moments import SAMPLE_TIME_S
+from companion.similarity.structure import relative_degree_and_delay, structure
+
+
+def test_a_known_vehicle_is_found() -> None:
+    model = identify_recording(spring_flight(), resamples=0)
+    A = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [-4.0 / 0.15, -3.2 / 0.15, -1.0 / 0.15]])
+    for axis in model.axes[:2]:
+        assert axis.model.delay_s == pytest.approx(0.06, abs=0.021)
+        assert_allclose(axis.model.reference_weights, (3.2 / 4.0, 1.0 / 4.0), rtol=0.05)
+        assert_allclose(axis.model.system.A, expm(A * SAMPLE_TIME_S), atol=0.25)
+        assert_allclose(axis.model.system.A[:2, :2], expm(A * SAMPLE_TIME_S)[:2, :2], atol=0.03)
+        assert_allclose(axis.model.offset, 0.0, atol=1e-2)
+
+
+def test_intervals_hold_the_truth_in_spite_of_noise() -> None:
+    axis = identify_recording(spring_flight(noise=0.003)).axes[0]
+    drawn = np.array([each.reference_weights[0] for each in axis.resamples])
+    assert np.min(drawn) < 3.2 / 4.0 < np.max(drawn)
+    assert 0.0 < drawn.std() < 0.1
+
+
+def test_a_displaced_flight_gives_the_same_model() -> None:
+    flight = spring_flight()
+    there = 40.0
+    displaced = replace(
+        flight,
+        states=replace(flight.states, position=flight.states.position + there),
+        references=replace(flight.references, position=flight.references.position + there),
+    )
+    here, moved = (identify_recording(each, resamples=0).axes[0].model for each in (flight, displaced))
+    assert_allclose(moved.system.A, here.system.A, atol=1e-6)
+    assert_allclose(moved.system.B, here.system.B, atol=1e-6)
+
+
+@pytest.mark.parametrize("delay_s", [0.02, 0.1, 0.2])
+def test_dead_time_and_relative_degree_come_from_the_data(delay_s: float) -> None:
+    flight = spring_flight(delay_s=delay_s)
+    north, _, down = relative_degree_and_delay(flight.states, flight.references)
+    assert north.delay_s == pytest.approx(delay_s, abs=0.021)
+    assert north.relative_degree == down.relative_degree == 2
+    assert north.minimum_phase
+    assert north.lead_s == pytest.approx(north.delay_s + 2 * SAMPLE_TIME_S)
+
+
+def test_a_vehicle_that_first_answers_the_wrong_way_is_not_minimum_phase() -> None:
+    found = identify_recording(spring_flight(), resamples=0).axes[0].model
+    assert structure(found).minimum_phase
+    assert not structure(answering_the_wrong_way(found)).minimum_phase
+
+
+def test_references_without_velocity_and_acceleration_are_enough() -> None:
+    flight = spring_flight()
+    nothing = np.full_like(flight.references.velocity, np.nan)
+    bare = replace(flight, references=replace(flight.references, velocity=nothing, acceleration=nothing))
+    axis = identify_recording(bare, resamples=2).axes[0]
+    assert_allclose(axis.model.reference_weights, 0.0)
+
+
+def test_what_lies_in_a_gap_is_left_out() -> None:
+    flight = spring_flight()
+    kept = (flight.states.time_s < 10.0) | (flight.states.time_s > 20.0)
+    states = replace(
+        flight.states,
+        **{
+            name: getattr(flight.states, name)[kept]
+            for name in ("time_s", "position", "velocity", "attitude", "rates")
+        },
+    )
+    whole, torn = (identify_recording(each, resamples=0) for each in (flight, replace(flight, states=states)))
+    assert torn.seconds == pytest.approx(whole.seconds - 10.0, abs=1.0)
+    assert_allclose(torn.axes[0].model.system.A, whole.axes[0].model.system.A, atol=0.05)
+
+
+@pytest.mark.parametrize("seconds", [0.04, 0.3, 2.0])
+def test_too_short_a_flight_is_refused(seconds: float) -> None:
+    with pytest.raises(InputError):
+        identify_recording(spring_flight(seconds=seconds))
