@@ -16,6 +16,7 @@ class Pack(NamedTuple):
 
     Attributes:
         state: remaining charge (0 to 1), voltage under load (V), current (A).
+        sag: share of the voltage that is missing besides what charge and current take (0 to 1).
     """
 
     full_voltage: float
@@ -24,6 +25,7 @@ class Pack(NamedTuple):
     resistance: float
     efficiency: float
     state: Float[Array, "3"]
+    sag: Float[Array, "1"]
 
 
 def full_pack(vehicle: Vehicle) -> Pack:
@@ -36,6 +38,7 @@ def full_pack(vehicle: Vehicle) -> Pack:
         resistance=vehicle.battery_resistance_ohm,
         efficiency=battery.drive_efficiency,
         state=np.array((1.0, battery.full_voltage_v, 0.0)),
+        sag=np.zeros(1),
     )
 
 
@@ -49,5 +52,6 @@ def drain(pack: Pack, frame: Airframe, rotor_speed: Float[Array, " n"], dt: floa
     remaining = max(0.0, pack.state[0] - current * dt / pack.charge)
     open_circuit = pack.empty_voltage + remaining * (pack.full_voltage - pack.empty_voltage)
     pack.state[0] = remaining
-    pack.state[1] = max(0.5 * pack.empty_voltage, open_circuit - current * pack.resistance)
+    loaded = max(0.5 * pack.empty_voltage, open_circuit - current * pack.resistance)
+    pack.state[1] = (1.0 - pack.sag[0]) * loaded
     pack.state[2] = current

@@ -19,8 +19,10 @@ from sitl.faults.schedule import Schedule
 from sitl.firmware.ardupilot import ArduPilot
 from sitl.firmware.interface import Autopilot, Firmware
 from sitl.firmware.px4 import Px4
+from sitl.payload import laden
 from sitl.plan.items import PlanKind
 from sitl.plant import STEPS_PER_TICK, TICK_S, TickNoise, plant
+from sitl.rigid_body import airframe
 from sitl.vehicle import Vehicle, load_vehicle
 from sitl.wind import wind
 
@@ -60,6 +62,7 @@ class Simulation:
         link_rng, fault_rng: the random streams for the link's delays and losses, and for those of its faults.
         on_reboot: how a fault starts the autopilot anew; whoever serves its links does more than `reboot`.
         truth_log: one `Truth` a tick when asked for, else empty.
+        load_changed_s: when in flight the vehicle last took or dropped its payload (s since boot).
     """
 
     def __init__(
@@ -83,11 +86,15 @@ class Simulation:
         self.faults = Schedule(faults)
         self.on_reboot: Callable[[], None] = self.reboot
         self._ticks = 0
+        self._flight_ticks = 0
+        self.load_changed_s: float | None = None
+        self._laden, self._unladen = laden(vehicle, conditions), airframe(vehicle)
         self._plant = plant(vehicle, wind(conditions.wind, self._wind_rng), motion)
         if motion is None:
             self._plant.body.motion[0:2] = start
         errors = estimator_errors(vehicle, conditions)
         self._resets_per_tick = errors.resets_per_hour * TICK_S / 3600.0
+        self._carry()
         self._estimator = estimator(errors, self._plant.body.motion, self._noise_rng, self._wander_rng)
         self._boot_time_s = boot_time_s
         self._firmware = self._boot()
@@ -139,6 +146,7 @@ class Simulation:
             reset(self._estimator, self._wander_rng)
         if not self.faults.is_idle:
             self._fail()
+        self._age()
         noise = TickNoise(
             self._wind_rng.standard_normal(5),
             self._wander_rng.standard_normal((4, 3)),
@@ -148,6 +156,26 @@ class Simulation:
         self._ticks += 1
         if self._record_truth:
             self.truth_log.append(self.truth)
+
+    def _age(self) -> None:
+        """Change what the conditions change in the course of a flight."""
+        if self._flight_ticks or self._plant.body.motion[2] < 0.0:
+            self._flight_ticks += 1
+            self._carry()
+            self._plant.pack.sag[0] = self.conditions.battery.sag(self._flight_s)
+
+    @property
+    def _flight_s(self) -> float:
+        """Time since it first left the ground (s)."""
+        return self._flight_ticks * TICK_S
+
+    def _carry(self) -> None:
+        payload = self.conditions.payload
+        frame = self._laden if payload is not None and payload.is_carried(self._flight_s) else self._unladen
+        if frame is not self._plant.airframe:
+            if self._flight_ticks:
+                self.load_changed_s = self.time_s
+            self._plant = self._plant._replace(airframe=frame)
 
     def _fail(self) -> None:
         """Let begin, go on and end what goes wrong."""

@@ -5,7 +5,15 @@ import pytest
 import yaml
 from pydantic import BaseModel
 
-from sitl.conditions import Conditions, LinkConditions, OwnErrors, WindConditions, load_conditions
+from sitl.conditions import (
+    BatteryConditions,
+    Conditions,
+    LinkConditions,
+    OwnErrors,
+    PayloadConditions,
+    WindConditions,
+    load_conditions,
+)
 from sitl.errors import ConfigError
 from sitl.estimator_errors import AttitudeError, EstimatorErrors, PositionError, RatesError, VelocityError
 from sitl.files import known_names
@@ -139,11 +147,44 @@ def test_conditions_of_one_s_own(tmp_path: Path) -> None:
         load_conditions(write(tmp_path, "link:\n  telemetry_loss_fraction: 1.5\n"))
 
 
+def test_what_conditions_leave_out_is_as_in_their_base(tmp_path: Path) -> None:
+    realistic = load_conditions("realistic")
+    own = load_conditions(write(tmp_path, "based_on: realistic\nwind:\n  w20_kn: 30\n"))
+    assert (own.name, own.description) == ("mine", "")
+    assert (own.estimator, own.link) == (realistic.estimator, realistic.link)
+    assert own.wind == WindConditions(w20_kn=30.0)
+
+
+@pytest.mark.parametrize("name", ["payload_pickup", "payload_drop", "battery_sag"])
+def test_conditions_that_change_in_flight_rest_on_the_realistic_ones(name: str) -> None:
+    changing, realistic = load_conditions(name), load_conditions("realistic")
+    same = {"wind", "estimator", "link", "errors_against"}
+    assert changing.model_dump(include=same) == realistic.model_dump(include=same)
+    assert (changing.payload is None) == (changing.battery.sag_fraction > 0.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "key"),
+    [
+        ("based_on: stormy", "based_on"),
+        ("based_on: 7", "based_on"),
+        ("payload: {mass_fraction: 1.5}", "payload.mass_fraction"),
+        ("payload: {mass_fraction: 0.3, taken_at_s: 5, dropped_at_s: 5}", "payload.dropped_at_s"),
+        ("battery: {sag_fraction: 0.6}", "battery.sag_fraction"),
+        ("battery: {sag_over_s: 0}", "battery.sag_over_s"),
+    ],
+)
+def test_wrong_conditions_are_named(tmp_path: Path, text: str, key: str) -> None:
+    with pytest.raises(ConfigError) as refusal:
+        load_conditions(write(tmp_path, text))
+    assert refusal.value.key == key
+
+
 def test_every_key_is_documented() -> None:
     documented = SCHEMA.read_text(encoding="utf-8")
     sections: tuple[type[BaseModel], ...] = (Vehicle, Rotors, RotorPlace, BodyDrag, BatteryPack)
     sections += (WindConditions, LinkConditions, EstimatorErrors, PositionError, VelocityError)
-    sections += (AttitudeError, RatesError, Conditions, OwnErrors)
+    sections += (AttitudeError, RatesError, Conditions, OwnErrors, PayloadConditions, BatteryConditions)
     for section in sections:
         for key in section.model_fields:
             assert key in documented
