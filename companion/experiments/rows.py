@@ -82,6 +82,8 @@ def flight_row(course: Course, contender: Contender, result: Result) -> FlightRo
             "rms_axes_m": (north, east, down),
             "max_m": result.accuracy.max_m,
             "active_share": result.active_share,
+            "event_s": result.event_s,
+            "recovery_s": result.recovery_s,
             "guard": {str(clip): count for clip, count in result.clips.items()},
         }
     )

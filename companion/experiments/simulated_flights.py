@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from companion.autopilot import detect
 from companion.errors import FlightError, InputError
 from companion.experiments.backend import LOCAL, Backend
 from companion.experiments.flights import Flight
+from companion.experiments.recovery import recovery_s
 from companion.flight.flight import FlightOutcome, FlightPlan, fly
 from companion.flight.guard import Clip
 from companion.flight.online_correction import OnlineCorrection
@@ -29,6 +30,9 @@ from sitl.conditions import load_conditions
 from sitl.errors import ConfigError
 from sitl.mavlink import open_vehicle
 from sitl.plant import TICK_S
+
+_LEAST_SHARE = 0.02
+"""Of a network, that counts as active."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,6 +101,8 @@ class Flown:
         flight: desired positions and those measured, for pictures.
         clips: how often the guard changed what.
         active_share: share of the time in which the network was active.
+        event_s: when the vehicle took or dropped its payload, on the trajectory (s).
+        recovery_s: time from then until it tracked as before (s).
     """
 
     scenario: Scenario
@@ -105,6 +111,8 @@ class Flown:
     flight: Flight
     clips: Mapping[Clip, int]
     active_share: float
+    event_s: float | None = None
+    recovery_s: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,6 +126,15 @@ class Failed:
 Result: TypeAlias = Flown | Failed
 
 
+class _Simulated(NamedTuple):
+    """A flight as its simulation saw it: times on the companion's clock (s), positions NED (m)."""
+
+    outcome: FlightOutcome
+    time_s: Times
+    position: Vec3s
+    load_changed_s: float | None
+
+
 def simulate(scenario: Scenario) -> tuple[FlightOutcome, Times, Vec3s]:
     """Fly one scenario in virtual time.
 
@@ -129,10 +146,11 @@ def simulate(scenario: Scenario) -> tuple[FlightOutcome, Times, Vec3s]:
         InputError: vehicle, conditions or strategy cannot be used.
         FlightError: the flight failed.
     """
-    return clock.run(_simulate(scenario), virtual=True)
+    flown = clock.run(_simulate(scenario), virtual=True)
+    return flown.outcome, flown.time_s, flown.position
 
 
-async def _simulate(scenario: Scenario) -> tuple[FlightOutcome, Times, Vec3s]:
+async def _simulate(scenario: Scenario) -> _Simulated:
     address = Simulated(scenario.vehicle, scenario.conditions, scenario.seed, record_truth=True)
     async with connect(address) as connection:
         telemetry = await start_telemetry(connection)
@@ -140,9 +158,13 @@ async def _simulate(scenario: Scenario) -> tuple[FlightOutcome, Times, Vec3s]:
         outcome = await fly(scenario.plan(), autopilot, telemetry, provenance=scenario.provenance())
         transport = connection.transport
         assert isinstance(transport, SimulatedTransport)
-        truths = transport.vehicle.simulation.truth_log
-        time_s = np.array([transport.epoch_s + truth.time_s for truth in truths])
-        return outcome, time_s, np.array([truth.position for truth in truths])
+        simulation, epoch_s = transport.vehicle.simulation, transport.epoch_s
+        return _Simulated(
+            outcome,
+            np.array([epoch_s + truth.time_s for truth in simulation.truth_log]),
+            np.array([truth.position for truth in simulation.truth_log]),
+            None if simulation.load_changed_s is None else epoch_s + simulation.load_changed_s,
+        )
 
 
 def evaluate(scenario: Scenario) -> Result:
@@ -154,9 +176,10 @@ def evaluate(scenario: Scenario) -> Result:
         InputError: vehicle, conditions or strategy cannot be used.
     """
     try:
-        outcome, time_s, position = simulate(scenario)
+        simulated = clock.run(_simulate(scenario), virtual=True)
     except FlightError as error:
         return Failed(scenario, str(error))
+    outcome, time_s, position, load_changed_s = simulated
     if load_conditions(scenario.conditions).errors_against == "estimate":
         states = outcome.recording.states
         time_s, position = states.time_s, states.position
@@ -168,21 +191,37 @@ def evaluate(scenario: Scenario) -> Result:
 
     accuracy = tracking_accuracy(desired, time_s, position, start_s, end_s)
     along = (time_s >= start_s) & (time_s <= end_s)
+    flight = Flight(
+        trajectory.name,
+        scenario.strategy,
+        time_s[along] - start_s,
+        desired(time_s[along]),
+        position[along],
+        accuracy.rms_m,
+    )
+    event_s = None
+    if load_changed_s is not None and start_s < load_changed_s < end_s:
+        event_s = load_changed_s - start_s
     return Flown(
         scenario,
         accuracy,
         outcome.accuracy,
-        Flight(
-            trajectory.name,
-            scenario.strategy,
-            time_s[along] - start_s,
-            desired(time_s[along]),
-            position[along],
-            accuracy.rms_m,
-        ),
+        flight,
         outcome.clips,
-        active_share=0.0 if scenario.network is None else 1.0,
+        active_share=0.0 if scenario.network is None else _active_share(outcome),
+        event_s=event_s,
+        recovery_s=None if event_s is None else recovery_s(flight, event_s),
     )
+
+
+def _active_share(outcome: FlightOutcome) -> float:
+    """Of the steps along the trajectory; where nobody judged the network it was active all the time."""
+    tracking = outcome.recording.tracking
+    assert tracking is not None
+    begun_s = tracking.time_s - outcome.start_s
+    along = (begun_s >= 0.0) & (begun_s <= outcome.trajectory.duration_s)
+    share = tracking.network_share[along]
+    return float(np.mean(np.isnan(share) | (share > _LEAST_SHARE)))
 
 
 def evaluate_all(scenarios: Sequence[Scenario], backend: Backend = LOCAL) -> Iterator[Result]:
