@@ -111,10 +111,8 @@ def _table(pair: Figures, quadratic: Figures, second_pair: Figures) -> Table:
 
 
 def _noise_table(noisy: dict[str, list["NoiseFigures"]]) -> Table:
-    table = Table(
-        title="RMS error under measurement noise (share of the output's range), medians of the draws"
-    )
-    for heading in ("", "noise", "baseline", "network", "network + GP", "worst GP / network", "not worse"):
+    table = Table(title="RMS error with noise on every measurement")
+    for heading in ("", "noise", "baseline", "network", "network + GP", "worst ratio", "not worse"):
         table.add_column(heading, justify="right")
     for name, rows in noisy.items():
         for row in rows:

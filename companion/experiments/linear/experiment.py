@@ -70,16 +70,16 @@ class Outcome:
         """The figures of the paper's section VI-B."""
         misprediction = (self.predicted_error - self.exact_error)[self.window_full :]
         return Figures(
-            baseline_rms=_rms(self.baseline.outputs - self.desired),
-            dnn_rms=_rms(self.dnn.outputs - self.desired),
-            dnn_gp_rms=_rms(self.dnn_gp.outputs - self.desired),
-            prediction_rms=_rms(misprediction),
+            baseline_rms=rms(self.baseline.outputs - self.desired),
+            dnn_rms=rms(self.dnn.outputs - self.desired),
+            dnn_gp_rms=rms(self.dnn_gp.outputs - self.desired),
+            prediction_rms=rms(misprediction),
         )
 
 
-def desired_outputs(steps: int) -> Float[Array, " k"]:
+def desired_outputs(steps: int, *, sample_time_s: float = SAMPLE_TIME_S) -> Float[Array, " k"]:
     """The paper's trajectory at steps 0 to `steps` − 1."""
-    t = SAMPLE_TIME_S * np.arange(steps)
+    t = sample_time_s * np.arange(steps)
     desired: Array = np.sin(2.0 * np.pi / 8.0 * t) + np.cos(2.0 * np.pi / 16.0 * t) - 1.0
     return desired
 
@@ -156,5 +156,6 @@ def evaluate(
     )
 
 
-def _rms(values: Float[Array, " k"]) -> float:
+def rms(values: Float[Array, " k"]) -> float:
+    """The root of the mean square."""
     return float(np.sqrt(np.mean(values**2)))

@@ -1,6 +1,7 @@
 """The inverse network of the paper's simulation: 3 hidden layers of 20 tanh, from {x(k), y(k+r)} to u(k)."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from typing import Protocol, TypeAlias
 
@@ -59,6 +60,30 @@ class InverseNetwork:
         for (weights, _), activation in zip(self.layers[-2::-1], activations[:0:-1], strict=True):
             slope = (slope * (1.0 - activation**2)) @ weights
         return float(output[0] * self.output_scale), slope[0] * self.output_scale / self.input_scale
+
+
+@dataclass(frozen=True, eq=False)
+class ExactInverse:
+    """What a perfectly trained network of a linear source would be (A4 of the paper)."""
+
+    source: LinearSystem
+
+    @property
+    def inputs(self) -> int:
+        """How many inputs {x(k), y(k+r)} it has."""
+        return len(self.source.B) + 1
+
+    def __call__(self, state: Float[Array, " n"], desired_output: float) -> float:
+        """The reference u1 = (y_d(k+r) − 𝒜_s x(k)) / ℬ_s."""
+        return self.linearise(state, desired_output)[0]
+
+    def linearise(self, state: Float[Array, " n"], desired_output: float) -> tuple[float, Float[Array, " d"]]:
+        """The reference u1 and its derivatives with respect to the state and the desired output."""
+        return float(self._slope @ np.append(state, desired_output)), self._slope
+
+    @cached_property
+    def _slope(self) -> Float[Array, " d"]:
+        return np.append(-self.source.state_gain, 1.0) / self.source.input_gain
 
 
 def sinusoid_responses(

@@ -117,7 +117,7 @@ class OnlineModel:
         # y ≈ y_d + ∂y/∂ξ (ξ − query). What is learned is what is left.
         source_slope = np.append(-slope[:-1], 1.0) / slope[-1]
         if not len(self._window):
-            return u1, ErrorBelief(0.0, float(source_slope[-1]))
+            return u1, ErrorBelief(0.0, float(source_slope[-1]), error_variance=np.inf)
         expected = desired_output + (self._window.inputs - query) @ source_slope
         residuals = self._window.outputs[:, 0] - expected
         return u1, self._learner(self._window.inputs, residuals, query, source_slope)
