@@ -14,6 +14,8 @@ from companion.learning.negative_transfer import Shares
 from companion.state import VehicleState
 from companion.trajectory.trajectory import Sample, Trajectory
 
+PLAIN, CHOSEN = "plain", "chosen"
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ControlStep:
@@ -65,8 +67,8 @@ class Tracker:
 
     @property
     def law_name(self) -> str:
-        """`plain` for the baseline without a correction, else `chosen`: that of the flight's strategy."""
-        return "plain" if self._law is position_velocity and self._correction is None else "chosen"
+        """`PLAIN` for the baseline without a correction, else `CHOSEN`: that of the flight's strategy."""
+        return PLAIN if self._law is position_velocity and self._correction is None else CHOSEN
 
     def observe(self, state: VehicleState) -> None:
         """Take in every state that arrives, not only those that a step uses."""
