@@ -7,7 +7,7 @@ from pathlib import Path
 from companion.errors import InputError
 from companion.experiments.fidelity import TwinFlight, pooled
 from companion.experiments.fidelity_tables import RecordingFidelity, cell, pooled_line
-from companion.experiments.report import STYLE
+from companion.experiments.page import page, typed
 from companion.experiments.twin_plots import plot_twin
 
 
@@ -22,11 +22,12 @@ def write_fidelity_report(fidelities: Sequence[RecordingFidelity], directory: Pa
         sections = [
             _section(fidelity, directory, number) for number, fidelity in enumerate(fidelities, start=1)
         ]
-        page = directory / "index.html"
-        page.write_text(_page("".join(sections), command), encoding="utf-8")
+        index = directory / "index.html"
+        body = "".join((*sections, typed([command])))
+        index.write_text(page("Twins against recordings", body), encoding="utf-8")
     except OSError as error:
         raise InputError(f"{directory}: the report cannot be written there ({error.strerror})") from error
-    return page
+    return index
 
 
 def _section(fidelity: RecordingFidelity, directory: Path, number: int) -> str:
@@ -56,26 +57,3 @@ def _section(fidelity: RecordingFidelity, directory: Path, number: int) -> str:
 def _row(flight: TwinFlight) -> str:
     cells = map(cell, (flight.tracking_rms_m, flight.twin_rms_m, flight.ratio))
     return f'<tr><th scope="row">{escape(flight.segment.id)}</th><td>{"</td><td>".join(cells)}</td></tr>\n'
-
-
-def _page(sections: str, command: str) -> str:
-    return f"""<!doctype html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>Twins against recordings</title>
-<style>{STYLE}</style>
-</head>
-<body>
-<main>
-<h1>Twins against recordings</h1>
-{sections}
-<section>
-<h2>To make it again</h2>
-<pre>{escape(command)}</pre>
-</section>
-</main>
-</body>
-</html>
-"""
