@@ -13,13 +13,16 @@ from companion.learning.features import Preview
 from companion.learning.model_file import save_model
 from companion.learning.online_settings import PAPER
 from companion.learning.training import PREVIEW, SAMPLE_TIME_S, train_inverse_network
-from companion.learning.training_data import without_acceleration
+from companion.learning.training_data import plain_lag, without_acceleration
 from companion.recording import Recording, read_recording
 
 
 def train(
-    dataset: Annotated[
-        Path, typer.Argument(dir_okay=False, help="Recording of `collect` or `fly`, .tlog or .ulg.")
+    datasets: Annotated[
+        list[Path],
+        typer.Argument(
+            dir_okay=False, help="Recordings of `collect` or `fly`, .tlog or .ulg, of one vehicle."
+        ),
     ],
     output: Annotated[Path, typer.Option(dir_okay=False, help="File for the model (safetensors).")],
     preview: Annotated[
@@ -34,9 +37,10 @@ def train(
     ] = None,
     seed: options.Seed = 0,
 ) -> None:
-    """Train the inverse network of the vehicle that flew a data set or a flight log, and write the model.
+    """Train the inverse network of the vehicle that flew the data sets or flight logs, and write the model.
 
-    Same data, same seed, same model. Needs torch; flying with the model does not.
+    Same data, same seed, same model. Needs torch; flying with the model does not. Of flights with and
+    without acceleration the former teach, and the latter tell the lag that `lookahead` makes up for.
 
     Example: companion train ardrone2.mcap --output ardrone2.safetensors
     """
@@ -45,24 +49,27 @@ def train(
         usual_preview, sample_time_s = PAPER.preview, PAPER.sample_time_s
     else:
         usual_preview, sample_time_s = PREVIEW, SAMPLE_TIME_S
-    recording = _named(read_recording(dataset, system_id=system_id), name)
+    recordings = [_named(read_recording(each, system_id=system_id), name) for each in datasets]
+    lookahead_s = plain_lag(recordings)
     if preset is options.Preset.PAPER:
-        recording = without_acceleration(recording)
+        recordings = list(map(without_acceleration, recordings))
     options.writable(output)
     with console.status("preparing the samples") as status:
         network = train_inverse_network(
-            recording,
+            recordings,
             usual_preview if preview is None else Preview.of_time(preview),
             sample_time_s,
             seed=seed,
+            lookahead_s=lookahead_s,
             progress=lambda step, error: status.update(f"step {step}, held-out error {error:.4f}"),
         )
     save_model(network, output)
     card = network.card
     errors = (f"{name} {error:.3f}" for name, error in zip(card.outputs, card.held_out_rms, strict=True))
+    lag = "" if lookahead_s is None else f", lag {lookahead_s:.2f} s"
     show(
         console,
-        f"{card.vehicle}: {card.data_seconds:.0f} s of flight, lag {card.lookahead_s:.2f} s",
+        f"{card.vehicle}: {card.data_seconds:.0f} s of flight{lag}",
         f"held-out error: {', '.join(errors)}",
         f"model: {output}",
     )

@@ -5,7 +5,7 @@ from typing import Annotated, NamedTuple, TypeAlias
 
 import numpy as np
 from jaxtyping import Float
-from pydantic import BaseModel, ConfigDict, Field, NonNegativeFloat, PositiveFloat
+from pydantic import BaseModel, ConfigDict, Field, NonNegativeFloat, PositiveFloat, PositiveInt
 
 from companion.arrays import Array
 from companion.learning.features import Preview
@@ -83,12 +83,13 @@ class ModelCard(BaseModel):
         sample_time_s: time between two samples of the training data (s).
         vehicle: what flew the training data.
         data_sha256: digest of the training samples.
-        data_seconds: duration of the training flight (s).
+        data_seconds: duration of the training flights (s).
+        data_flights: their number.
         seed: of the training.
         held_out_rms: error on the part of the flight that was kept from training, for each output
             (m, m/s, m/s²).
-        lookahead_s: constant time by which the flown position lagged behind its reference (s); with an
-            acceleration in the reference it is shorter than without.
+        lookahead_s: constant time by which the flown position lagged behind a reference without acceleration
+            (s); None where none was flown.
         software: version that trained it.
     """
 
@@ -101,9 +102,10 @@ class ModelCard(BaseModel):
     vehicle: str
     data_sha256: Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
     data_seconds: NonNegativeFloat
+    data_flights: PositiveInt = 1
     seed: int
     held_out_rms: tuple[NonNegativeFloat, ...]
-    lookahead_s: NonNegativeFloat
+    lookahead_s: NonNegativeFloat | None
     software: str
 
 

@@ -16,6 +16,7 @@ from companion.arrays import Array
 from companion.errors import InputError
 from companion.learning.features import ACCELERATING_OUTPUTS, INVERSE_INPUTS, Preview
 from companion.learning.inverse_network import (
+    Array32,
     InverseNetwork,
     Layer,
     ModelCard,
@@ -25,7 +26,14 @@ from companion.learning.inverse_network import (
     output_scaling,
     propagated,
 )
-from companion.learning.training_data import constant_lag, displaced, training_pairs
+from companion.learning.training_data import (
+    Samples,
+    displaced,
+    has_acceleration,
+    joined,
+    split,
+    training_pairs,
+)
 from companion.recording.series import Recording
 
 PREVIEW = Preview(position_s=(0.05, 0.05, 0.0), velocity_s=(0.25, 0.25, 0.12))
@@ -34,9 +42,6 @@ about the lag of a small multirotor's attitude, which is shorter for the thrust;
 SAMPLE_TIME_S = 0.02
 
 HIDDEN_LAYERS = (128, 128, 128, 128)
-
-HELD_OUT_SHARE = 0.15
-"""Of the flight: its last part."""
 
 Progress: TypeAlias = Callable[[int, float], None]
 """Called now and then with the number of steps done and the held-out error (standardised, RMS)."""
@@ -59,49 +64,72 @@ class Fit:
 
 
 def train_inverse_network(
-    recording: Recording,
+    recordings: Sequence[Recording],
     preview: Preview,
     sample_time_s: float,
     *,
     seed: int,
+    lookahead_s: float | None = None,
     progress: Progress | None = None,
 ) -> InverseNetwork:
-    """Train the inverse of the vehicle that flew `recording` (Eqn. dnnMapping); same seed, same network.
+    """Train the inverse of the vehicle that flew `recordings` (Eqn. dnnMapping); same seed, same network.
+
+    Where some were sent an acceleration, those alone teach. No sample reaches from one flight into another.
+
+    Args:
+        recordings: flights of one vehicle.
+        preview: how far ahead the network is to look.
+        sample_time_s: between two samples (s).
+        seed: of everything random.
+        lookahead_s: for the card (s).
+        progress: told how far the training is.
 
     Raises:
-        InputError: too little usable data, or torch is missing.
+        InputError: too little usable data, flights of several vehicles, or torch is missing.
     """
-    inputs, outputs = training_pairs(recording, preview, sample_time_s)
-    samples = displaced(inputs, outputs, np.random.default_rng(seed))
-    fit = train(*samples, seed=seed, progress=progress)
+    vehicle = _common_vehicle(recordings)
+    teaching = list(filter(has_acceleration, recordings)) or recordings
+    flights = [training_pairs(recording, preview, sample_time_s) for recording in teaching]
+    rng = np.random.default_rng(seed)
+    fit = train(*split([displaced(flight, rng) for flight in flights]), seed=seed, progress=progress)
+    inputs, outputs = joined(flights)
     card = ModelCard(
         inputs=INVERSE_INPUTS,
         outputs=ACCELERATING_OUTPUTS[: outputs.shape[1]],
         preview=preview,
         sample_time_s=sample_time_s,
-        vehicle=recording.provenance.vehicle,
+        vehicle=vehicle,
         data_sha256=hashlib.sha256(inputs.tobytes() + outputs.tobytes()).hexdigest(),
         data_seconds=len(inputs) * sample_time_s,
+        data_flights=len(flights),
         seed=seed,
         held_out_rms=tuple(fit.held_out_rms.tolist()),
-        lookahead_s=constant_lag(recording),
+        lookahead_s=lookahead_s,
         software=version("impromptu"),
     )
     return InverseNetwork(card, fit.layers, fit.input_scaling, fit.output_scaling)
 
 
+def _common_vehicle(recordings: Sequence[Recording]) -> str:
+    vehicles = sorted({recording.provenance.vehicle for recording in recordings})
+    if len(vehicles) != 1:
+        raise InputError(
+            f"flights of {', '.join(vehicles)}: one network is one vehicle's; say --name if they are the same"
+        )
+    return vehicles[0]
+
+
 def train(
-    inputs: Float[Array, "n d"],
-    outputs: Float[Array, "n m"],
+    training: Samples,
+    held_out: Samples,
     *,
     seed: int,
     hidden_layers: Sequence[int] = HIDDEN_LAYERS,
     progress: Progress | None = None,
 ) -> Fit:
-    """Fit a network of rectified linear units to samples in the order of time; deterministic, on one core.
+    """Fit a network of rectified linear units to samples; deterministic, on one core.
 
-    The last part of the flight is held out, in one piece: neighbours in time are nearly copies of each other,
-    and a shuffled split would measure memory. The weights of the lowest error there are kept.
+    The weights of the lowest error on what is held out are kept.
 
     Raises:
         InputError: torch is missing.
@@ -110,10 +138,15 @@ def train(
         from companion.learning.descent import descend
     except ModuleNotFoundError as error:
         raise InputError("training needs torch: install it with `pip install 'impromptu[train]'`") from error
-    kept = round(len(inputs) * (1.0 - HELD_OUT_SHARE))
-    of_inputs, of_outputs = input_scaling(inputs[:kept]), output_scaling(outputs[:kept])
-    x = normalised(inputs, of_inputs)
-    y = ((outputs - of_outputs.mean) / of_outputs.scale).astype(np.float32)
-    layers = descend((x[:kept], y[:kept]), (x[kept:], y[kept:]), hidden_layers, seed=seed, progress=progress)
-    residual = (propagated(x[kept:], layers) - y[kept:]) * of_outputs.scale
-    return Fit(layers, of_inputs, of_outputs, np.sqrt(np.mean(residual.astype(np.float64) ** 2, axis=0)))
+    scalings = input_scaling(training.inputs), output_scaling(training.outputs)
+    to_fit, to_check = (_standardised(samples, *scalings) for samples in (training, held_out))
+    layers = descend(to_fit, to_check, hidden_layers, seed=seed, progress=progress)
+    residual = (propagated(to_check[0], layers) - to_check[1]) * scalings[1].scale
+    return Fit(layers, *scalings, np.sqrt(np.mean(residual.astype(np.float64) ** 2, axis=0)))
+
+
+def _standardised(
+    samples: Samples, of_inputs: Scaling, of_outputs: Scaling
+) -> tuple[Float[Array32, "n d"], Float[Array32, "n m"]]:
+    outputs = ((samples.outputs - of_outputs.mean) / of_outputs.scale).astype(np.float32)
+    return normalised(samples.inputs, of_inputs), outputs

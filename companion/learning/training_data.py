@@ -4,7 +4,9 @@ The paper's section "Background on Offline Inverse Learning": what was flown one
 is desired, and the reference that led to it is what the network has to answer.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -22,6 +24,9 @@ FEWEST_PAIRS = 200
 
 LONGEST_LAG_S = 2.0
 
+HELD_OUT_SHARE = 0.15
+"""Of each flight: its last part."""
+
 COPIES = 4
 DISPLACEMENT_M = 0.2
 """Standard deviation on each axis, about that of a tracking error."""
@@ -29,9 +34,35 @@ TILT_NOISE_RAD = 0.03
 """Standard deviation; a few times an estimator's."""
 
 
-def training_pairs(
-    recording: Recording, preview: Preview, sample_time_s: float
-) -> tuple[Float[Array, "n 12"], Float[Array, "n m"]]:
+class Samples(NamedTuple):
+    """Inputs and outputs of an inverse network, in the order of time within each flight."""
+
+    inputs: Float[Array, "n d"]
+    outputs: Float[Array, "n m"]
+
+    def rows(self, chosen: slice) -> "Samples":
+        """Some of them."""
+        return Samples(self.inputs[chosen], self.outputs[chosen])
+
+
+def split(flights: Sequence[Samples]) -> tuple[Samples, Samples]:
+    """What is trained on, and what is held out: the last part of each flight, in one piece.
+
+    Neighbours in time are nearly copies of each other, and a shuffled split would measure memory.
+    """
+    kept = [round(len(flight.inputs) * (1.0 - HELD_OUT_SHARE)) for flight in flights]
+    return (
+        joined([flight.rows(slice(count)) for flight, count in zip(flights, kept, strict=True)]),
+        joined([flight.rows(slice(count, None)) for flight, count in zip(flights, kept, strict=True)]),
+    )
+
+
+def joined(flights: Sequence[Samples]) -> Samples:
+    """The samples of all flights, one after the other."""
+    return Samples(*(np.concatenate(parts) for parts in zip(*flights, strict=True)))
+
+
+def training_pairs(recording: Recording, preview: Preview, sample_time_s: float) -> Samples:
     """Inputs I1 and outputs O1 at every `sample_time_s` (s) of a flight, in the order of time.
 
     k is the instant at which a reference was sent; states are interpolated there and one preview later.
@@ -61,7 +92,7 @@ def training_pairs(
             f"the recording gives {usable.sum()} training samples, at least {FEWEST_PAIRS} are needed: "
             "fly longer, or mend the gaps in its telemetry"
         )
-    return inputs[usable], outputs[usable]
+    return Samples(inputs[usable], outputs[usable])
 
 
 def has_acceleration(recording: Recording) -> bool:
@@ -76,9 +107,7 @@ def without_acceleration(recording: Recording) -> Recording:
     return replace(recording, references=replace(sent, acceleration=np.full_like(sent.acceleration, np.nan)))
 
 
-def displaced(
-    inputs: Float[Array, "n 12"], outputs: Float[Array, "n m"], rng: np.random.Generator
-) -> tuple[Float[Array, "k 12"], Float[Array, "k m"]]:
+def displaced(samples: Samples, rng: np.random.Generator) -> Samples:
     """The samples, each `COPIES` times in a row, with the vehicle beside its path, and its tilt uncertain.
 
     In training, what is desired is what was flown, so that no sample shows the vehicle beside its path: a
@@ -86,18 +115,19 @@ def displaced(
     reference position stay while the vehicle is moved: the source's own position loop acts, as it would.
     Noise on the tilt keeps the network from repeating what the vehicle is about to do anyway.
     """
-    inputs, outputs = np.repeat(inputs, COPIES, axis=0), np.repeat(outputs, COPIES, axis=0)
+    inputs, outputs = (np.repeat(part, COPIES, axis=0) for part in samples)
     beside = rng.normal(scale=DISPLACEMENT_M, size=(len(inputs), 3))
     inputs[:, 0:3] -= beside
     outputs[:, 0:3] -= beside
     inputs[:, 6:8] += rng.normal(scale=TILT_NOISE_RAD, size=(len(inputs), 2))
-    return inputs, outputs
+    return Samples(inputs, outputs)
 
 
 def constant_lag(recording: Recording) -> float:
     """The constant time (s) by which the flown position lags behind its reference: least squares, to 10 ms.
 
-    To send the desired position that much early is what can be done without a model.
+    To send the desired position that much early is what can be done without a model. With an acceleration in
+    the reference a vehicle lags less, and it is not that time.
     """
     sent, states = _complete(recording.references), recording.states
     lags = np.arange(0.0, LONGEST_LAG_S, 0.01)
@@ -108,6 +138,12 @@ def constant_lag(recording: Recording) -> float:
         if known.sum() >= FEWEST_PAIRS:
             misfits[index] = np.mean(misfit[known] ** 2)
     return float(lags[np.argmin(misfits)])
+
+
+def plain_lag(recordings: Sequence[Recording]) -> float | None:
+    """`constant_lag` of the first flight without acceleration; None where every one was sent it."""
+    plain = (recording for recording in recordings if not has_acceleration(recording))
+    return next(map(constant_lag, plain), None)
 
 
 def _complete(references: ReferenceSeries) -> ReferenceSeries:

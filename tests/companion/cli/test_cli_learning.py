@@ -42,9 +42,11 @@ def test_collect_train_fly(companion: Run, tmp_path: Path) -> None:
     assert (card.vehicle, card.seed, card.preview) == ("mine", 7, Preview.of_time(0.3))
     assert card.outputs == ACCELERATING_OUTPUTS
 
-    for strategy in ([], ["--strategy", "lookahead"]):
-        ran = companion("fly", "clef", "--model", model, "--dry-run", *strategy)
-        assert ran.status == 0, ran.err
+    ran = companion("fly", "clef", "--model", model, "--dry-run")
+    assert ran.status == 0, ran.err
+    ran = companion("fly", "clef", "--model", model, "--dry-run", "--strategy", "lookahead")
+    assert ran.status == 2
+    assert "give --lookahead SECONDS" in ran.err
 
 
 def test_the_flight_for_the_papers_network_has_no_acceleration(companion: Run, tmp_path: Path) -> None:
@@ -55,6 +57,44 @@ def test_the_flight_for_the_papers_network_has_no_acceleration(companion: Run, t
     recording = read_recording(dataset)
     assert recording.provenance.strategy == "baseline"
     assert np.isnan(recording.references.acceleration).all()
+
+
+@pytest.mark.usefixtures("short_training")
+def test_several_flights_of_randomised_vehicles_make_one_network(companion: Run, tmp_path: Path) -> None:
+    model = tmp_path / "model.safetensors"
+    collect = ("collect", "--connect", "sitl://ardrone2", "--duration", 8)
+    ran = companion(*collect, "--flights", 2, "--randomise", 0.2, "--output", tmp_path / "data.mcap")
+    assert ran.status == 0, ran.err
+    files = [tmp_path / "data-1.mcap", tmp_path / "data-2.mcap"]
+    assert f"companion train {files[0]} {files[1]}" in ran.out
+    first, second = (read_recording(file).provenance for file in files)
+    assert (first.vehicle, second.vehicle) == ("ardrone2", "ardrone2")
+    assert (first.seed, second.seed) == (0, 1)
+    assert first.model_extra is not None
+    assert second.model_extra is not None
+    assert 0.8 <= first.model_extra["randomised"]["mass"] <= 1.2
+    assert first.model_extra["randomised"] != second.model_extra["randomised"]
+
+    plain = tmp_path / "plain.mcap"
+    ran = companion(*collect, "--preset", "paper", "--output", plain)
+    assert ran.status == 0, ran.err
+    ran = companion("train", *files, plain, "--output", model)
+    assert ran.status == 0, ran.err
+    card = load_model(model).card
+    assert (card.data_flights, card.vehicle, card.outputs) == (2, "ardrone2", ACCELERATING_OUTPUTS)
+    assert card.lookahead_s is not None
+    assert card.lookahead_s > 0.2
+
+
+@pytest.mark.parametrize("option", [("--flights", 2), ("--randomise", 0.2)])
+def test_only_the_built_in_vehicle_is_randomised(
+    companion: Run, tmp_path: Path, option: tuple[str, float]
+) -> None:
+    ran = companion(
+        "collect", "--connect", "udpin://127.0.0.1:14999", "--output", tmp_path / "data.mcap", *option
+    )
+    assert ran.status == 2
+    assert "built-in vehicle" in ran.err
 
 
 @pytest.mark.usefixtures("short_training")

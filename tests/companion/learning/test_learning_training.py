@@ -1,5 +1,6 @@
 import sys
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -7,14 +8,18 @@ from lagging_vehicle import STEP_S, LaggingVehicle, flight, sinusoids
 
 from companion.arrays import Array
 from companion.errors import InputError
-from companion.learning.features import Preview, inverse_inputs, reference, state_vector
+from companion.learning import training
+from companion.learning.features import ACCELERATING_OUTPUTS, Preview, inverse_inputs, reference, state_vector
 from companion.learning.inverse_network import InverseNetwork
 from companion.learning.training import Fit, Progress, train, train_inverse_network
 from companion.learning.training_data import (
     COPIES,
     DISPLACEMENT_M,
+    Samples,
     constant_lag,
     displaced,
+    plain_lag,
+    split,
     training_pairs,
     without_acceleration,
 )
@@ -31,7 +36,7 @@ def recording() -> Recording:
 
 @pytest.fixture(scope="module")
 def network(recording: Recording) -> InverseNetwork:
-    return train_inverse_network(recording, PREVIEW, STEP_S, seed=0)
+    return train_inverse_network([recording], PREVIEW, STEP_S, seed=0, lookahead_s=0.42)
 
 
 def test_pairs_join_what_was_sent_with_where_it_led(recording: Recording) -> None:
@@ -144,8 +149,8 @@ def test_the_heading_of_a_flight_does_not_matter() -> None:
 
 
 def test_a_displaced_vehicle_is_brought_back_by_the_same_reference(recording: Recording) -> None:
-    inputs, outputs = training_pairs(accelerating(recording, 1.0), PREVIEW, STEP_S)
-    moved_inputs, moved_outputs = displaced(inputs, outputs, np.random.default_rng(0))
+    inputs, outputs = samples = training_pairs(accelerating(recording, 1.0), PREVIEW, STEP_S)
+    moved_inputs, moved_outputs = displaced(samples, np.random.default_rng(0))
     beside = moved_inputs[:, 0:3] - np.repeat(inputs[:, 0:3], COPIES, axis=0)
     assert beside.std() == pytest.approx(DISPLACEMENT_M, rel=0.05)
     again = np.repeat(outputs, COPIES, axis=0)
@@ -158,16 +163,61 @@ def test_the_lag_is_found(recording: Recording) -> None:
     assert constant_lag(replace(recording, states=states)) == pytest.approx(0.42, abs=0.006)
 
 
-def linear_problem(seed: int) -> tuple[Array, Array]:
+def test_the_lag_is_that_of_a_flight_without_acceleration(recording: Recording) -> None:
+    assert plain_lag([accelerating(recording, 1.0)]) is None
+    assert plain_lag([accelerating(recording, 1.0), recording]) == constant_lag(recording)
+
+
+def numbered(first: int, count: int) -> Samples:
+    inputs = np.arange(first, first + count, dtype=float)[:, None]
+    return Samples(inputs, -inputs)
+
+
+def test_the_last_part_of_each_flight_is_held_out() -> None:
+    taught, held_out = split([numbered(0, 100), numbered(1000, 20)])
+    np.testing.assert_array_equal(taught.inputs[:, 0], [*range(85), *range(1000, 1017)])
+    np.testing.assert_array_equal(held_out.inputs[:, 0], [*range(85, 100), *range(1017, 1020)])
+    np.testing.assert_array_equal(held_out.outputs, -held_out.inputs)
+
+
+@pytest.fixture
+def small_networks(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(training, "train", partial(train, hidden_layers=(8,)))
+
+
+@pytest.mark.usefixtures("small_networks")
+def test_a_network_learns_from_several_flights_but_not_across_their_seams(recording: Recording) -> None:
+    again = flight(20.0, seed=1)
+    network = train_inverse_network([recording, again], PREVIEW, STEP_S, seed=0)
+    pairs = [training_pairs(each, PREVIEW, STEP_S) for each in (recording, again)]
+    assert network.card.data_flights == 2
+    assert network.card.data_seconds == pytest.approx(sum(len(each.inputs) for each in pairs) * STEP_S)
+
+
+@pytest.mark.usefixtures("small_networks")
+def test_only_flights_with_acceleration_teach_where_there_are_any(recording: Recording) -> None:
+    with_it = accelerating(flight(20.0, seed=1), 1.0)
+    network = train_inverse_network([recording, with_it], PREVIEW, STEP_S, seed=0)
+    assert network.card.outputs == ACCELERATING_OUTPUTS
+    assert network.card.data_flights == 1
+
+
+def test_flights_of_two_vehicles_make_no_network(recording: Recording) -> None:
+    other = replace(recording, provenance=recording.provenance.model_copy(update={"vehicle": "other"}))
+    with pytest.raises(InputError, match="other, spring"):
+        train_inverse_network([recording, other], PREVIEW, STEP_S, seed=0)
+
+
+def linear_problem(seed: int) -> Samples:
     """Samples of a linear map, its outputs (of unit size) with noise."""
     rng = np.random.default_rng(seed)
     inputs = rng.normal(size=(1000, 12))
     outputs = inputs @ rng.normal(scale=12**-0.5, size=(12, 6))
-    return inputs, outputs + rng.normal(scale=NOISE, size=outputs.shape)
+    return Samples(inputs, outputs + rng.normal(scale=NOISE, size=outputs.shape))
 
 
 def small_fit(seed: int, progress: Progress | None = None) -> Fit:
-    return train(*linear_problem(0), seed=seed, hidden_layers=(64,), progress=progress)
+    return train(*split([linear_problem(0)]), seed=seed, hidden_layers=(64,), progress=progress)
 
 
 def test_a_linear_map_is_recovered_and_progress_told() -> None:
@@ -190,16 +240,15 @@ def test_the_same_seed_gives_the_same_bits_and_another_agrees() -> None:
 def test_without_torch_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "torch", None)
     monkeypatch.delitem(sys.modules, "companion.learning.descent", raising=False)
-    inputs, outputs = linear_problem(0)
     with pytest.raises(InputError, match=r"impromptu\[train\]"):
-        train(inputs, outputs, seed=0)
+        train(*split([linear_problem(0)]), seed=0)
 
 
-def test_the_card_tells_where_a_network_comes_from(network: InverseNetwork, recording: Recording) -> None:
+def test_the_card_tells_where_a_network_comes_from(network: InverseNetwork) -> None:
     assert network.card.vehicle == "spring"
     assert network.card.preview == PREVIEW
     assert network.card.data_seconds == pytest.approx(119.7, abs=0.1)
-    assert network.card.lookahead_s == constant_lag(recording)
+    assert network.card.lookahead_s == 0.42
     assert max(network.card.held_out_rms[:3]) < 0.15
 
 
