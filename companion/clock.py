@@ -30,6 +30,16 @@ def unix_time_s() -> float:
     return time.time()
 
 
+def stopwatch_s() -> float:
+    """The wall's time (s) at the finest resolution there is; only differences mean something."""
+    return time.perf_counter()
+
+
+def processor_s() -> float:
+    """Time (s) that the processor has spent on this thread; only differences mean something."""
+    return time.thread_time()
+
+
 def utc_stamp() -> str:
     """The wall's date and time, for the name of a file: `20260501T123456Z`."""
     return time.strftime("%Y%m%dT%H%M%SZ", time.gmtime())

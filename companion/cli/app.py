@@ -15,6 +15,7 @@ COMMANDS = {
     "fly": "Fly a trajectory, and say how closely it was tracked.",
     "sitl": "Serve a simulated quadrotor over MAVLink.",
     "collect": "Fly the training trajectory, and write the data set.",
+    "report": "Show flights from their recordings: a table, and a page with pictures.",
     "replay": "Compute a recorded flight again, and show where today's code does otherwise.",
     "train": "Train an inverse network on a data set.",
     "doctor": "Say what would stop a flight of a vehicle, and what to set.",
@@ -25,7 +26,9 @@ BENCHMARKS = {
     "linear": "The paper's simulation: one linear system's inverse network steers another.",
     "pairs": "The inverse of one random linear system steers another, a thousand times.",
     "quadrotor": "The paper's flights: one quadrotor's inverse network steers another.",
+    "step": "What one control step costs.",
     "transfer": "Every vehicle's inverse network on every other vehicle.",
+    "faults": "One thing after the other fails in flight: what is done, and how it ends.",
     "fidelity": "Recordings of real vehicles against their simulated twins.",
 }
 MISSION = {
