@@ -8,8 +8,8 @@ How a pair is drawn, uniformly unless said:
 - the gain ℬ from 0.5 to 2, logarithmically;
 - sample time, which stretches the trajectory over more steps or fewer, from 8 to 80 ms, logarithmically.
 
-Both systems are in the controllable canonical form, as the paper's are (section VI): they share the meaning of
-the state. Source and target are drawn independently: most pairs are far less alike than two vehicles.
+Both systems are in the controllable canonical form, as the paper's are (section VI): they share the meaning
+of the state. Source and target are drawn independently: most pairs are far less alike than two vehicles.
 """
 
 from dataclasses import dataclass
