@@ -40,7 +40,7 @@ def _section(fidelity: RecordingFidelity, directory: Path, number: int) -> str:
     whole = pooled(fidelity.flights)
     return f"""<section>
 <h2>{escape(fidelity.name)} and its twin {escape(fidelity.vehicle)}</h2>
-<div class="wide"><table>
+<div class="wide"><table class="total">
 <thead><tr><th scope="col">segment</th><th>tracking RMS (m)</th><th>twin RMS (m)</th><th>ratio</th></tr>
 </thead>
 <tbody>

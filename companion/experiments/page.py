@@ -54,7 +54,7 @@ th, td { padding: .45rem .75rem; text-align: right; border-bottom: 1px solid var
 th, td { white-space: nowrap; vertical-align: top; }
 th:first-child { text-align: left; padding-left: 0; }
 tbody th { font-weight: 500; }
-tbody tr:last-child > * { font-weight: 650; border-bottom: 0; }
+.total tbody tr:last-child > * { font-weight: 650; border-bottom: 0; }
 td small { display: block; font-size: .82rem; font-weight: 400; }
 th i { display: inline-block; width: .7em; height: .7em; border-radius: 50%; margin-right: .4em; }
 .note, figcaption { font-size: .9rem; }

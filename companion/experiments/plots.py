@@ -6,6 +6,7 @@ everywhere; the colours are those that Okabe and Ito chose to be told apart by e
 """
 
 from collections.abc import Sequence
+from itertools import cycle, islice
 from pathlib import Path
 
 import numpy as np
@@ -35,20 +36,29 @@ def colour_of(strategy: str) -> str:
     return COLOURS.get(strategy, OTHER_COLOUR)
 
 
+def colours_of(flights: Sequence[Flight]) -> list[str]:
+    """A colour for each flight: its strategy's, or where those do not tell them apart, one after another."""
+    usual = [colour_of(flight.strategy) for flight in flights]
+    if len(set(usual)) == len(flights):
+        return usual
+    return list(islice(cycle((*COLOURS.values(), OTHER_COLOUR)), len(flights)))
+
+
 def plot_paths(flights: Sequence[Flight], path: Path) -> None:
     """Draw desired against flown path of one trajectory in its plane, a panel for each strategy."""
-    horizontal, vertical = plane_of(flights[0].desired)
+    whole = _longest(flights).desired
+    horizontal, vertical = plane_of(whole)
     columns = min(3, len(flights))
     rows = -(-len(flights) // columns)
-    width, height = np.ptp(north_east_up(flights[0].desired)[:, [horizontal, vertical]], axis=0)
+    width, height = np.ptp(north_east_up(whole)[:, [horizontal, vertical]], axis=0)
     panel_height = 0.6 + 3.2 * float(np.clip(height / max(width, 1e-6), 0.4, 1.6))
     figure = Figure(figsize=(3.4 * columns, panel_height * rows), layout="constrained")
     panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
-    for panel, flight in zip(panels, flights, strict=False):
+    for panel, flight, colour in zip(panels, flights, colours_of(flights), strict=False):
         desired, flown = north_east_up(flight.desired), north_east_up(flight.flown)
         panel.plot(desired[:, horizontal], desired[:, vertical], **DESIRED)
-        panel.plot(flown[:, horizontal], flown[:, vertical], color=colour_of(flight.strategy), linewidth=1.4)
-        panel.plot(*flown[0, [horizontal, vertical]], "o", color=colour_of(flight.strategy), markersize=5)
+        panel.plot(flown[:, horizontal], flown[:, vertical], color=colour, linewidth=1.4)
+        panel.plot(*flown[0, [horizontal, vertical]], "o", color=colour, markersize=5)
         panel.set_title(f"{flight.strategy}: {flight.rms_m:.3f} m", fontsize=11)
         panel.set_aspect("equal")
         clean(panel)
@@ -63,15 +73,16 @@ def plot_over_time(flights: Sequence[Flight], path: Path) -> None:
     """Draw each axis, desired against flown, and the error, over the time of one trajectory."""
     figure = Figure(figsize=(10.2, 9.0), layout="constrained")
     panels = figure.subplots(4, 1, sharex=True)
-    desired = north_east_up(flights[0].desired)
+    whole = _longest(flights)
+    desired = north_east_up(whole.desired)
     for axis, panel in enumerate(panels[:3]):
-        panel.plot(_since_start(flights[0].time_s), desired[:, axis], **DESIRED)
+        panel.plot(_since_start(whole.time_s), desired[:, axis], **DESIRED)
         panel.set_ylabel(f"{AXES[axis]} (m)")
     panels[3].set_ylabel("error (m)")
     panels[3].set_xlabel("time (s)")
-    for flight in flights:
+    for flight, colour in zip(flights, colours_of(flights), strict=True):
         time_s, flown = _since_start(flight.time_s), north_east_up(flight.flown)
-        style = {"color": colour_of(flight.strategy), "linewidth": 1.3, "label": flight.strategy}
+        style = {"color": colour, "linewidth": 1.3, "label": flight.strategy}
         for axis, panel in enumerate(panels[:3]):
             panel.plot(time_s, flown[:, axis], **style)
         panels[3].plot(time_s, np.linalg.norm(flight.flown - flight.desired, axis=1), **style)
@@ -116,6 +127,11 @@ def north_east_up(position: Vec3s) -> Vec3s:
     """Positions as they are drawn, from NED (m)."""
     drawn: Vec3s = position * np.array([1.0, 1.0, -1.0])
     return drawn
+
+
+def _longest(flights: Sequence[Flight]) -> Flight:
+    """The flight of which most is known: others may have been cut short."""
+    return max(flights, key=lambda flight: len(flight.time_s))
 
 
 def _since_start(time_s: Times) -> Times:

@@ -86,7 +86,7 @@ def _table(rms_m: RmsErrors, colours: Mapping[str, str]) -> str:
         f'<tr><th scope="row">{escape(name)}</th>{"".join(map(_table_cell, cells))}</tr>'
         for name, cells in results_rows(rms_m)
     )
-    return f"""<table>
+    return f"""<table class="total">
 <thead><tr><th scope="col">trajectory</th>{heads}</tr></thead>
 <tbody>
 {rows}
