@@ -76,12 +76,14 @@ class AxisComparison:
         figures: of the whole flights.
         resampled: of pairs of resampled flights.
         envelope: Remark 2's θ1 and θ2, by band of speed.
+        drift_m_s: at which the target's position moves beside its velocity (m/s).
     """
 
     axis: str
     figures: Figures
     resampled: tuple[Figures, ...]
     envelope: Envelope
+    drift_m_s: float
 
     def interval(self, of: Callable[[Figures], float]) -> Interval:
         """One figure with its interval; the interval is not known (NaN) without resamples."""
@@ -107,6 +109,7 @@ def compare(source: VehicleModel, target: VehicleModel) -> tuple[AxisComparison,
 
 def _compare_axis(axis: str, source: IdentifiedAxis, target: IdentifiedAxis) -> AxisComparison:
     scale = np.sqrt((source.spread**2 + target.spread**2) / 2.0)
+    scale[scale == 0.0] = 1.0
     degree = max(structure(source.model).relative_degree, structure(target.model).relative_degree)
     prediction = _prediction_error(source.model, target, scale, degree)
     moments = np.tensordot(target.shares, target.second_moments, axes=1)
@@ -119,6 +122,7 @@ def _compare_axis(axis: str, source: IdentifiedAxis, target: IdentifiedAxis) -> 
         figures(source.model, target.model),
         tuple(map(figures, source.resamples, target.resamples)),
         envelope(source, target, degree),
+        target.drift_m_s,
     )
 
 

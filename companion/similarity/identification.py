@@ -19,7 +19,7 @@ from companion.errors import InputError
 from companion.recording.series import Recording, ReferenceSeries, StateSeries
 from companion.similarity.linear_system import LinearSystem
 from companion.similarity.moments import SAMPLE_TIME_S, Moments, moments
-from companion.similarity.samples import GRID_S, AxisSeries, axis_series
+from companion.similarity.samples import GRID_S, AxisSeries, axis_series, drift
 
 AXES = ("north", "east", "down")
 RESAMPLES = 100
@@ -56,6 +56,7 @@ class IdentifiedAxis:
         resamples: of as many flights drawn from its blocks with replacement (block bootstrap).
         bands: of the parts flown at each band of speed, None where there was too little.
         spread: standard deviation of position, velocity and acceleration.
+        drift_m_s: RMS speed at which the position moves beside its velocity (m/s).
         second_moments: mean of zᵀz, z = (velocity, acceleration, p_r − p, v_r, a_r, 1), for each band.
         shares: of the flight's time, of each band.
     """
@@ -64,6 +65,7 @@ class IdentifiedAxis:
     resamples: tuple[AxisModel, ...]
     bands: tuple[AxisModel | None, ...]
     spread: Float[Array, "3"]
+    drift_m_s: float
     second_moments: Float[Array, "bands 6 6"]
     shares: Float[Array, " bands"]
 
@@ -100,7 +102,7 @@ def identify(
             f"{FEWEST_ROWS * 2 * GRID_S:.0f} s are needed: fly longer, or mend the gaps in its telemetry"
         )
     north, east, down = (
-        _identify_axis(each, _spread(axis), resamples, rng) for each, axis in zip(found, series, strict=True)
+        _identify_axis(each, axis, resamples, rng) for each, axis in zip(found, series, strict=True)
     )
     return VehicleModel((north, east, down), seconds=found[0].rows * 2 * GRID_S)
 
@@ -113,7 +115,7 @@ def _spread(series: AxisSeries) -> Float[Array, "3"]:
 
 
 def _identify_axis(
-    found: Moments, spread: Float[Array, "3"], resamples: int, rng: np.random.Generator
+    found: Moments, series: AxisSeries, resamples: int, rng: np.random.Generator
 ) -> IdentifiedAxis:
     blocks = found.sums.shape[1]
     drawn = rng.multinomial(blocks, np.full(blocks, 1.0 / blocks), size=resamples)
@@ -133,7 +135,15 @@ def _identify_axis(
         axis_model(each, found.inputs, model.delay_s) if count >= FEWEST_ROWS else None
         for each, count in zip(in_bands, rows, strict=True)
     )
-    return IdentifiedAxis(model, tuple(redrawn), bands, spread, second, rows / rows.sum())
+    return IdentifiedAxis(
+        model,
+        tuple(redrawn),
+        bands,
+        _spread(series),
+        drift(series, SAMPLE_TIME_S),
+        second,
+        rows / rows.sum(),
+    )
 
 
 def _best(by_delay: Float[Array, "delays q q"], inputs: int) -> AxisModel:
@@ -141,7 +151,8 @@ def _best(by_delay: Float[Array, "delays q q"], inputs: int) -> AxisModel:
     z = 3 + inputs
     regressors = by_delay[:, :z, :z] + _RIDGE * np.eye(z) * by_delay[:, z - 1, z - 1, None, None]
     explained = by_delay[:, z:, :z] @ np.linalg.solve(regressors, by_delay[:, :z, z:])
-    left = np.linalg.slogdet(by_delay[:, z:, z:] - explained)[1]
+    least = _RIDGE * np.eye(2) * by_delay[:, z - 1, z - 1, None, None]
+    left = np.linalg.slogdet(by_delay[:, z:, z:] - explained + least)[1]
     best = int(np.argmin(left))
     return axis_model(by_delay[best], inputs, best * GRID_S)
 
@@ -154,7 +165,7 @@ def axis_model(sums: Float[Array, "q q"], inputs: int, delay_s: float) -> AxisMo
     count = sums[z - 1, z - 1]
     ridge = _RIDGE * count * np.eye(z)
     coefficients = np.linalg.solve(sums[:z, :z] + ridge, sums[:z, z:]).T
-    noise = (sums[z:, z:] - coefficients @ sums[:z, z:]) / count + 1e-12 * np.eye(2)
+    noise = (sums[z:, z:] - coefficients @ sums[:z, z:]) / count + _RIDGE * np.eye(2)
     of_own = np.linalg.solve(sums[np.ix_(own, own)] + ridge[:3, :3], sums[own, asked])
     partial = sums[asked, asked] - sums[asked, own] @ of_own + ridge[:inputs, :inputs]
     whitening = np.linalg.cholesky(np.linalg.inv(noise)).T
@@ -190,6 +201,8 @@ def _with_kinematics(
     h = SAMPLE_TIME_S
     A, B, offset = np.eye(3), np.zeros(3), np.zeros(3)
     A[1:, 0], A[1:, 1:], B[1:], offset[1:] = -gain, np.eye(2) + rest[:, :2], gain, rest[:, 2]
+    if not rest[1].any():
+        A[2] = 0.0  # no acceleration is measured, so that there is none to carry on
     # The position is the cubic's integral between velocities and accelerations at both ends.
     A[0] = (1.0, h / 2.0, h**2 / 12.0) + h / 2.0 * A[1] - h**2 / 12.0 * A[2]
     B[0], offset[0] = (h / 2.0 * each[1] - h**2 / 12.0 * each[2] for each in (B, offset))

@@ -97,7 +97,7 @@ class Lemma1:
             initial_state: ‖x0‖.
         """
         margin = self._margin(alpha)
-        if margin <= 0.0:
+        if not margin > 0.0:
             return np.inf
         gain, error = abs(alpha), self.prediction
         reference = (self.inverse_input_gain + gain * (self.S1_size + error.beta_1)) * desired

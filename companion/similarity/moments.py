@@ -20,6 +20,9 @@ BLOCK_S = 2.0
 SPEED_BANDS_M_S = (0.4, 0.8)
 """Where the envelope is divided: speeds along the axis."""
 
+FARTHEST_M = 2.0
+"""A vehicle farther from its reference is being held back by its limits, as on its way up to the start."""
+
 _STEP = round(SAMPLE_TIME_S / GRID_S)
 _LATEST = round(LONGEST_DELAY_S / GRID_S)
 _STRIDE = 2
@@ -54,7 +57,8 @@ def moments(series: AxisSeries) -> Moments:
     known = np.asarray(np.isfinite(state).all(axis=1))
     asked = np.asarray(np.isfinite(reference).all(axis=1), dtype=np.float64)
     without_gap = _window_sums(asked[:, None], _LATEST + _STEP)[before - _LATEST, 0] == _LATEST + _STEP
-    usable = known[before] & known[before + _STEP] & without_gap
+    near = np.abs(reference[before, 0] - state[before, 0]) < FARTHEST_M
+    usable = near & known[before] & known[before + _STEP] & without_gap
     before = before[usable]
     blocks, group, bands = _groups(before, np.abs(state[before, 1]))
     means = _window_sums(np.nan_to_num(reference), _STEP) / _STEP

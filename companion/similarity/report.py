@@ -86,6 +86,7 @@ def as_json(axes: Sequence[AxisComparison], judgement: Judgement) -> dict[str, A
 def _axis_json(axis: AxisComparison) -> dict[str, Any]:
     f = axis.figures
     return {
+        "target_drift_m_s": axis.drift_m_s,
         "source": _structure_json(f.source),
         "target": _structure_json(f.target),
         "a2": {

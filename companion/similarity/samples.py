@@ -2,7 +2,8 @@
 
 The state of an axis is its position (m), velocity (m/s) and acceleration (m/s²). What accelerates a
 multirotor sideways is its tilt, so north's and east's acceleration is g tan(tilt), measured before the
-velocity follows; down's is the velocity's own slope.
+velocity follows. What accelerates it down, the thrust, is in no record: there it is 0 throughout. (The slope
+of the velocity tells nothing new; on a vehicle that tracks well, it hides what the reference does.)
 """
 
 from typing import NamedTuple
@@ -15,8 +16,6 @@ from companion.learning.features import state_vector
 from companion.recording.series import ReferenceSeries, StateSeries
 
 GRID_S = 0.01
-SLOPE_S = 0.06
-"""Over which the vertical acceleration is taken."""
 LONGEST_GAP_S = 0.25
 _GRAVITY = 9.80665
 
@@ -26,7 +25,7 @@ class AxisSeries(NamedTuple):
 
     Attributes:
         state: position (m), velocity (m/s), acceleration (m/s²).
-        reference: position (m), and velocity (m/s) and acceleration (m/s²) where most references had them.
+        reference: position (m), and velocity (m/s) and acceleration (m/s²) where those were sent as well.
     """
 
     state: Float[Array, "n 3"]
@@ -36,12 +35,15 @@ class AxisSeries(NamedTuple):
 def axis_series(
     states: StateSeries, references: ReferenceSeries
 ) -> tuple[AxisSeries, AxisSeries, AxisSeries]:
-    """North, east and down of a flight."""
+    """North, east and down of a flight.
+
+    Of references of several kinds (position alone, with velocity, with acceleration, to which a vehicle
+    answers in different ways), those count that moved most in sum; others are as if nothing were known.
+    """
     start, end = (pick(states.time_s[i], references.time_s[i]) for i, pick in ((0, max), (-1, min)))
     time_s = np.arange(start, end, GRID_S)
     position, velocity, acceleration = _measured(states, time_s)
-    asked = (references.position, references.velocity, references.acceleration)
-    held = [_held(time_s, references.time_s, values) for values in asked if _mostly_known(values)]
+    held = [_held(time_s, references.time_s, values) for values in _of_one_kind(references)]
     north, east, down = (
         AxisSeries(
             np.column_stack((position[:, axis], velocity[:, axis], acceleration[:, axis])),
@@ -56,10 +58,8 @@ def _measured(states: StateSeries, time_s: Times) -> tuple[Vec3s, Vec3s, Vec3s]:
     x = state_vector(states.position, states.velocity, states.attitude, states.rates)
     x = np.column_stack([np.interp(time_s, states.time_s, column) for column in x.T])
     x[_in_gap(time_s, states.time_s)] = np.nan
-    slope = np.full(len(time_s), np.nan)
-    steps = round(SLOPE_S / GRID_S)
-    slope[steps:] = (x[steps:, 5] - x[:-steps, 5]) / SLOPE_S
-    acceleration = np.column_stack((-_GRAVITY * np.tan(x[:, 7]), _GRAVITY * np.tan(x[:, 6]), slope))
+    unknown = np.zeros(len(time_s))
+    acceleration = np.column_stack((-_GRAVITY * np.tan(x[:, 7]), _GRAVITY * np.tan(x[:, 6]), unknown))
     return x[:, 0:3], x[:, 3:6], acceleration
 
 
@@ -77,5 +77,27 @@ def _in_gap(time_s: Times, known_s: Times) -> np.ndarray[tuple[int, ...], np.dty
     return gap
 
 
-def _mostly_known(values: Vec3s) -> bool:
-    return bool(np.isfinite(values).all(axis=1).mean() > 0.5)
+def _of_one_kind(references: ReferenceSeries) -> list[Vec3s]:
+    """The position, and velocity and acceleration where they belong to the kind that moved most."""
+    parts = (references.position, references.velocity, references.acceleration)
+    known = np.column_stack([np.isfinite(part).all(axis=1) for part in parts])
+    moved = np.linalg.norm(np.diff(references.position, axis=0, prepend=references.position[:1]), axis=1)
+    kinds, kind = np.unique(known, axis=0, return_inverse=True)
+    total = np.bincount(kind.ravel(), np.nan_to_num(moved), minlength=len(kinds))
+    most = int(np.argmax(np.where(kinds[:, 0], total, -1.0)))
+    chosen = (kind.ravel() == most)[:, None]
+    return [np.where(chosen, part, np.nan) for part, has in zip(parts, kinds[most], strict=True) if has]
+
+
+def drift(series: AxisSeries, step_s: float) -> float:
+    """RMS speed (m/s) at which the measured position moves beside its own velocity, over steps of `step_s`.
+
+    An estimator that is being pulled to its measurements does that.
+    """
+    position, velocity = series.state[:, 0], series.state[:, 1]
+    steps = round(step_s / GRID_S)
+    between = np.lib.stride_tricks.sliding_window_view(velocity, steps + 1)
+    integral = GRID_S * (between.sum(axis=1) - (between[:, 0] + between[:, -1]) / 2.0)
+    beside = (position[steps:] - position[:-steps] - integral) / step_s
+    asked = np.asarray(np.isfinite(series.reference).all(axis=1))[steps:]
+    return float(np.sqrt(np.nanmean(beside[asked] ** 2)))

@@ -21,6 +21,7 @@ from companion.similarity.moments import SAMPLE_TIME_S
 
 SHOWS = 0.1
 """Share of the greatest response from which on a reference shows."""
+_ROUNDING = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +69,7 @@ def structure(model: AxisModel) -> Structure:
     shows = np.flatnonzero(response >= SHOWS * peak)
     degree = int(shows[0]) + 1 if len(shows) else len(response)
     zeros = np.roots(numerator[degree:]).astype(complex)
-    while np.any((np.abs(zeros) >= 1.0) & (zeros.real < 0.0) & (np.abs(zeros.imag) < 1e-9)):
+    while np.any((zeros.real < -1.0 + _ROUNDING) & (np.abs(zeros.imag) < _ROUNDING)):
         degree += 1
         zeros = np.roots(numerator[degree:]).astype(complex)
     return Structure(degree, model.delay_s, zeros)

@@ -10,6 +10,9 @@ from pydantic import BaseModel, ConfigDict, FiniteFloat, ValidationError
 from companion.errors import InputError
 from companion.similarity.verdict import Verdict
 
+_WORSE = 0.03
+_WORSE_M = 0.005
+"""A network harms where the RMS error with it is greater by more than both."""
 WITH, WITHOUT = "dnn+gp", "gp"
 
 
@@ -74,7 +77,7 @@ def read_flown_pairs(file: Path) -> FlownPairs:
 
 
 def network_helped(rows: Sequence[FlownRow]) -> dict[Pair, bool]:
-    """For each pair, whether the mean RMS with the network was not greater than without.
+    """For each pair, whether the mean RMS error with the network was not worse than without.
 
     A flight that failed counts as worse. Pairs that were not flown both ways are left out.
     """
@@ -91,7 +94,8 @@ def network_helped(rows: Sequence[FlownRow]) -> dict[Pair, bool]:
     for pair, by_strategy in flown.items():
         plain = by_strategy.get(WITHOUT) or without.get((pair.target, pair.conditions))
         if WITH in by_strategy and plain:
-            helped[pair] = bool(np.mean(by_strategy[WITH]) <= np.mean(plain))
+            bearable = max((1.0 + _WORSE) * np.mean(plain), np.mean(plain) + _WORSE_M)
+            helped[pair] = bool(np.mean(by_strategy[WITH]) <= bearable)
     return helped
 
 
