@@ -1,83 +1,79 @@
-"""The guard against negative transfer in flight: how much of network and online correction is flown.
+"""The guard against negative transfer in flight: how much of networks and online correction is flown.
 
 `learning.negative_transfer` says how that is judged; here references become the pulls that are judged.
 """
 
 import math
+from collections import deque
+from collections.abc import Mapping
+from types import MappingProxyType
 
 import numpy as np
 
 from companion.arrays import Vec3
 from companion.autopilot.position_loop import PositionLoop
+from companion.flight.learned_reference import LearnedReference
 from companion.flight.online_correction import OnlineStep
 from companion.flight.reference import Correction, Reference
 from companion.flight.strategies import InverseFeedforward, ReferenceLaw, Strategy
 from companion.learning.inverse_network import InverseNetwork
-from companion.learning.negative_transfer import (
-    CorrectionJudge,
-    Displacement,
-    NetworkJudge,
-    Shares,
-    bounded,
-    loop_gain,
-)
+from companion.learning.negative_transfer import CorrectionJudge, Displacement, Shares, loop_gain
 from companion.learning.online_settings import OnlineSettings
 from companion.state import VehicleState
 from companion.trajectory.trajectory import Trajectory
 
-_FARTHEST_M = 0.1
-"""So far a network may pull the vehicle off the plain reference, held by autopilot and correction."""
 _LONGEST_STEP_S = 0.2
 _OUT, _IN = 0.02, 0.1
-"""Shares of a network that count as none, and again as some."""
+"""Shares of networks that count as none, and again as some."""
 
 
 class Supervision:
-    """How much of network and correction is flown, over one flight: at each step `u1`, then `u2`.
+    """How much of networks and correction is flown, over one flight: at each step `u1`, then `u2`.
 
     Args:
         settings: of the online correction.
-        network: how what was learned before the flight makes a reference, if anything was.
+        laws: how the networks make references, by the networks' names.
 
     Attributes:
         shares: what is flown.
     """
 
-    def __init__(self, settings: OnlineSettings, network: ReferenceLaw | None = None) -> None:
-        usual_share = 0.0 if network is None else settings.network_share
-        self.shares = Shares(usual_share, 1.0)
-        self._damping_1_s = settings.damping_1_s
-        self._law = network
-        self._of_network = NetworkJudge(usual_share, settings.harm_memory_s)
+    def __init__(
+        self, settings: OnlineSettings, laws: Mapping[str, ReferenceLaw] = MappingProxyType({})
+    ) -> None:
+        self._names = list(laws)
+        self._learned = LearnedReference(list(laws.values()), settings)
         self._of_correction = CorrectionJudge(settings.harm_memory_s)
-        self._network, self._correction = _Pull(), _Pull()
+        self._correction_pull: Vec3 = np.zeros(3)
+        self._moved, self._would_move = Displacement(), Displacement()
+        self._damping_1_s = settings.damping_1_s
         self._loop_gain = 1.0
         self._held: PositionLoop | None = None
         self._time_s = math.inf
-        self._said = (network is not None, True)
+        self._preview_s = settings.preview.longest_s
+        self._predicted: deque[tuple[float, Vec3]] = deque()
+        self.shares = Shares(self._learned.share, 1.0)
+        self._network_active = self.shares.network > 0.0
+        self._said = (self._learned.chosen, self._network_active, True)
 
     def u1(
         self, plain: Reference, trajectory: Trajectory, time_s: float, state: VehicleState, loop: PositionLoop
     ) -> Reference:
-        """`plain`, and of the network what is left of it, at `time_s` on the trajectory (s).
+        """`plain`, and of the networks what is left of them, at `time_s` on the trajectory (s).
 
         `loop` is the autopilot's own.
         """
         held = loop if self._held is None else self._held
         self._judge(trajectory.at(time_s).position - state.position, state.time_s, loop, held)
-        if self._law is None:
-            return plain
-        learned = self._law(trajectory, time_s, state)
-        pull = plain.pull_towards(learned, *loop)
-        part = bounded(pull, held.stiffness_1_s2, _FARTHEST_M)
-        self._network.acceleration = part * pull if part > 0.0 else np.zeros(3)
-        share = part * self.shares.network
-        return plain.towards(learned, share) if share > 0.0 else plain
+        return self._learned.blend(
+            plain, trajectory, time_s, state, loop=loop, held=held, most=self.shares.correction
+        )
 
     def u2(self, online: OnlineStep, loop: PositionLoop) -> Correction:
         """What is left of the online correction."""
         share = self.shares.correction
-        self._correction.acceleration = online.u2.pull(*loop)
+        self._correction_pull = online.u2.pull(*loop)
+        self._predicted.append((self._time_s + self._preview_s, online.predicted.error))
         self._loop_gain = float(loop_gain(online.alpha, online.predicted.gradient).max())
         self._held = PositionLoop(
             loop.stiffness_1_s2 * (1.0 + share * online.alpha), loop.damping_1_s + share * self._damping_1_s
@@ -86,55 +82,44 @@ class Supervision:
 
     def remarks(self) -> list[str]:
         """What has changed since this was asked for last, in words."""
-        network_was, correction_was = self._said
-        network = self.shares.network > (_OUT if network_was else _IN)
-        correction = self._of_correction.believed
-        self._said = network, correction
+        chosen_was, active_was, believed_was = self._said
+        chosen, believed = self._learned.chosen, self._of_correction.believed
+        active = self.shares.network > (_OUT if active_was else _IN)
+        self._said = chosen, active, believed
         said = []
-        if correction != correction_was:
-            said.append(
-                "the online correction would help again: faded in"
-                if correction
-                else "negative transfer: the online correction does harm and is faded out"
-            )
-        if network != network_was:
-            said.append(
-                "the network would help again: faded in"
-                if network
-                else "negative transfer: the network does harm and is faded out"
-            )
+        if chosen is not None and chosen != chosen_was:
+            said.append(f"following the network of {self._names[chosen]}")
+        if active_was and not active:
+            said.append("negative transfer: the network did harm and is faded out")
+        if active and not active_was and chosen == chosen_was:
+            said.append("the network helps again and is faded in")
+        if believed_was and not believed:
+            said.append("negative transfer: the online correction does harm and is faded out")
+        if believed and not believed_was:
+            said.append("the online correction would help again and is faded in")
         return said
 
     def _judge(self, error: Vec3, time_s: float, loop: PositionLoop, held: PositionLoop) -> None:
         duration_s = min(max(time_s - self._time_s, 0.0), _LONGEST_STEP_S)
         self._time_s = time_s
-        moved, would_move = self._network.act(self.shares.network, held, held, duration_s)
-        self._of_network.judge(error, moved, would_move, duration_s)
-        moved, would_move = self._correction.act(self.shares.correction, loop, held, duration_s)
-        self._of_correction.judge(error, moved, would_move, self._loop_gain, duration_s)
-        correction = self._of_correction.share
-        self.shares = Shares(min(self._of_network.share, correction), correction)
-
-
-class _Pull:
-    """What pulls at the vehicle, and how far that moves it, in part and in full.
-
-    Attributes:
-        acceleration: in full (m/s²).
-    """
-
-    def __init__(self) -> None:
-        self.acceleration: Vec3 = np.zeros(3)
-        self._flown, self._full = Displacement(), Displacement()
-
-    def act(
-        self, share: float, held_flown: PositionLoop, held_full: PositionLoop, duration_s: float
-    ) -> tuple[Vec3, Vec3]:
-        """How far the share of it has moved the vehicle, and all of it would have (m)."""
-        return (
-            self._flown.pull(share * self.acceleration, *held_flown, duration_s),
-            self._full.pull(self.acceleration, *held_full, duration_s),
+        self._learned.judge(error, held, duration_s)
+        self._of_correction.judge(
+            error,
+            self._predicted_for(time_s),
+            self._moved.pull(self.shares.correction * self._correction_pull, *loop, duration_s),
+            self._would_move.pull(self._correction_pull, *held, duration_s),
+            self._loop_gain,
+            duration_s,
         )
+        correction = self._of_correction.share
+        self.shares = Shares(min(self._learned.share, correction), correction)
+
+    def _predicted_for(self, time_s: float) -> Vec3:
+        """The error that was predicted for `time_s`; zero where none was, or none that is finite."""
+        predicted: Vec3 = np.zeros(3)
+        while self._predicted and self._predicted[0][0] <= time_s:
+            _, predicted = self._predicted.popleft()
+        return predicted if np.isfinite(predicted).all() else np.zeros(3)
 
 
 def supervision_of(
@@ -143,5 +128,6 @@ def supervision_of(
     """Of a flight with this strategy; None where nothing is learned online."""
     if not strategy.learns_online:
         return None
-    tempers = strategy is Strategy.DNN_GP and network is not None and online.network_share < 1.0
-    return Supervision(online, InverseFeedforward(network) if tempers and network is not None else None)
+    if strategy is Strategy.DNN_GP and network is not None and online.network_share < 1.0:
+        return Supervision(online, {network.card.vehicle: InverseFeedforward(network)})
+    return Supervision(online)

@@ -45,8 +45,8 @@ class OnlineSettings(BaseModel):
         memory: steps over which that is judged.
         network_share: how far `dnn+gp` follows the network instead of the plain reference, 0 to 1,
             before it is known what that does.
-        harm_memory_s: over how long it is measured what network and correction do (`negative_transfer`), which
-            their shares follow (s); 0: not.
+        harm_memory_s: over how long it is measured what network and correction do (`negative_transfer`),
+            which their shares follow (s); 0: not.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
