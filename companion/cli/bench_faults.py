@@ -1,0 +1,133 @@
+"""`companion bench faults`: flights in which something fails."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import track
+
+from companion import __version__
+from companion.cli import options
+from companion.cli.result_file import write_result
+from companion.errors import InputError
+from companion.learning.online_settings import DEFAULT
+from companion.trajectory.placement import Placement
+
+try:
+    from companion.experiments.contenders import find_model
+    from companion.experiments.faults.catalogue import Failure, catalogue, kinds_among
+    from companion.experiments.faults.flight import Phase
+    from companion.experiments.faults.job import FaultJob, fly
+    from companion.experiments.faults.table import figures, lost_table, markdown
+    from companion.experiments.faults.verdict import FaultRow
+    from companion.experiments.journal import Journal
+    from companion.experiments.trajectories import limits_within, named_trajectories
+except ModuleNotFoundError as missing:
+    raise InputError(
+        f"the benchmark needs {missing.name}, which is not installed: pip install 'impromptu[bench]'"
+    ) from missing
+
+_SIZE_M = 2.0
+
+
+def faults(
+    only: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="KIND",
+            help="Kinds of fault, as many as you like. Default: all, of the vehicle (companion sitl "
+            "--fault-kinds), its link and the companion.",
+        ),
+    ] = None,
+    phases: Annotated[
+        list[Phase] | None, typer.Option(help="When it fails. Default: takeoff, tracking and landing.")
+    ] = None,
+    seeds: Annotated[int, typer.Option(min=1, max=1000, help="Flights of each, with seeds from 0 on.")] = 5,
+    vehicle: Annotated[
+        str, typer.Option(help="That is flown: a name in config/vehicles, or a YAML file.")
+    ] = "bebop2",
+    model: Annotated[
+        str, typer.Option(help="Network that is flown with: a name in config/models, or a file.")
+    ] = "ardrone2",
+    trajectory: Annotated[str, typer.Option(help="CSV file, or drawing of config/trajectories.")] = "clef",
+    conditions: Annotated[
+        str, typer.Option(help="Wind, noise and delays: a name in config/conditions, or a YAML file.")
+    ] = "realistic",
+    json: options.Json = None,
+    page: Annotated[
+        Path | None, typer.Option("--markdown", dir_okay=False, help="Write the fault table to this file.")
+    ] = None,
+) -> None:
+    """Let one thing after the other fail in flight; say what is done about it, and how it ends.
+
+    With --json FILE, each flight is kept in FILE.flown as it ends: the same command goes on from there after
+    it was stopped. Exit status 1 where a flight was lost that could be survived.
+
+    Example: companion bench faults --json faults.json --markdown faults.md
+
+    Example: companion bench faults --only gps_lost --only gust --phases tracking --seeds 1
+    """
+    for file in (json, page):
+        if file is not None:
+            options.writable(file)
+    job = FaultJob(
+        named_trajectories([trajectory], Placement(size_m=_SIZE_M), limits_within([vehicle], None))[0],
+        _chosen(only),
+        phases or list(Phase),
+        range(seeds),
+        vehicle,
+        conditions,
+        find_model(model, DEFAULT),
+    )
+    console = Console()
+    with console.status("Preparing the simulator (half a minute the first time)"):
+        job.prepare()
+    rows = _fly(job, json, console)
+    told = figures(rows)
+    console.print(lost_table(rows))
+    summary = told["summary"]
+    console.print(", ".join(f"{key.replace('_', ' ')} {value}" for key, value in summary.items()))
+    if json is not None:
+        settings = {
+            "vehicle": vehicle,
+            "model": model,
+            "trajectory": trajectory,
+            "conditions": conditions,
+            "phases": job.phases,
+            "seeds": seeds,
+        }
+        write_result(told | {"settings": settings, "software": __version__}, json)
+        _journal_of(json).unlink()
+    if page is not None:
+        page.write_text(markdown(rows), encoding="utf-8")
+    if any(row.lost and row.survivable and row.struck for row in rows):
+        raise typer.Exit(1)
+
+
+def _chosen(only: list[str] | None) -> list[Failure]:
+    every = list(catalogue())
+    unknown = set(only or ()) - set(kinds_among(every))
+    if unknown:
+        raise InputError(f"--only {min(unknown)}: no such kind; there are {', '.join(kinds_among(every))}")
+    return [failure for failure in every if not only or failure.kind in only]
+
+
+def _journal_of(json: Path) -> Path:
+    return json.with_name(f"{json.name}.flown")
+
+
+def _fly(job: FaultJob, json: Path | None, console: Console) -> list[FaultRow]:
+    """All rows of the job, some of them perhaps flown before."""
+    flights = job.flights()
+    if json is None:
+        return list(track(fly(flights), "Flying", len(flights), console=console, transient=True))
+    journal = Journal(_journal_of(json), FaultRow, belongs_to=job.fingerprint(), most=len(flights))
+    done = len(journal.rows)
+    if done:
+        console.print(f"{done} of {len(flights)} flights were flown before")
+    for row in track(
+        fly(flights[done:]), "Flying", len(flights), completed=done, console=console, transient=True
+    ):
+        journal.append(row)
+    return journal.rows

@@ -1,0 +1,1 @@
+"""Flights in which something fails: what is done about it, and what that leads to."""
