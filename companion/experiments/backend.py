@@ -25,10 +25,17 @@ class Backend:
     Attributes:
         name: `loky` is one process a core of this machine; `dask`, `ray`, or whatever else joblib knows.
         scheduler: address of Dask's, `tcp://HOST:8786`; Ray has its own in RAY_ADDRESS.
+
+    Raises:
+        InputError: a scheduler is given, and the backend has none.
     """
 
     name: str = "loky"
     scheduler: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.scheduler is not None and self.name != "dask":
+            raise InputError(f"--scheduler {self.scheduler}: give --backend dask with it")
 
     def each(self, function: Callable[[T], R], items: Sequence[T]) -> Iterator[R]:
         """`function` of each item, each on one core; results come in the order of the items, as they end.
@@ -65,7 +72,7 @@ LOCAL = Backend()
 def _until_stopped(results: Generator[R, None, None]) -> Iterator[R]:
     """The results; whoever stops early knows that the rest is cancelled, of which joblib warns."""
     try:
-        for result in results:
+        for result in results:  # noqa: UP028 - `yield from` would close it before the warning is silenced
             yield result
     finally:
         with warnings.catch_warnings():
