@@ -10,6 +10,8 @@ from sitl.vehicle import GRAVITY_M_S2
 _LANDED_AFTER_S = 1.0
 _LOW_THRUST_SHARE = 0.3
 _STANDSTILL_M_S = 0.5
+_CREEPING_M_S = 1.5
+"""LNDMC_XY_VEL_MAX: an estimate may move sideways on the ground."""
 _CLIMBING_M_S = 0.3
 _TILT_LIMIT_RAD_S = 0.2
 """How fast the limit of the tilt widens after a takeoff."""
@@ -102,7 +104,8 @@ class LandDetector:
             self.landed = not (climbing or phase is TakeoffPhase.FLIGHT)
             self._still_s = 0.0
             return
-        still = thrust < self._low_thrust and math.hypot(north, east, down) < _STANDSTILL_M_S
+        moves = abs(down) >= _STANDSTILL_M_S or math.hypot(north, east) >= _CREEPING_M_S
+        still = thrust < self._low_thrust and not moves
         self._still_s = self._still_s + dt if still else 0.0
         self.landed = phase is TakeoffPhase.DISARMED or self._still_s >= _LANDED_AFTER_S
 
