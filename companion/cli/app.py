@@ -23,6 +23,7 @@ COMMANDS = {
     "similarity": "Say whether the network of one vehicle serves another.",
 }
 BENCHMARKS = {
+    "recording": "What crashes and power cuts leave of a recording.",
     "linear": "The paper's simulation: one linear system's inverse network steers another.",
     "pairs": "The inverse of one random linear system steers another, a thousand times.",
     "quadrotor": "The paper's flights: one quadrotor's inverse network steers another.",

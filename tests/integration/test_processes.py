@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from companion.flight.replay import replay
 from companion.recording import read_recording
 
 SYSTEM_ID = 97  # ports of its own, away from those of a simulator that a developer may have running
@@ -36,6 +37,11 @@ async def line_with(text: str, process: Process) -> str:
     raise AssertionError(f"it ended without saying {text!r}")
 
 
+def recording_in(folder: Path) -> Path:
+    (path,) = folder.glob("*-star-gp.mcap")
+    return path
+
+
 @pytest.mark.realtime
 @pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])
 async def test_a_flight_that_is_stopped_leaves_the_vehicle_in_a_hold(
@@ -50,10 +56,31 @@ async def test_a_flight_that_is_stopped_leaves_the_vehicle_in_a_hold(
         await line_with("the vehicle holds", flight)
         await line_with("stopped", flight)
         assert await flight.wait() == 130
-        (recording,) = (read_recording(path) for path in tmp_path.glob("*-star-gp.mcap"))
-        assert recording.events[-1][1] == "the vehicle holds"
+        path = recording_in(tmp_path)
+        assert read_recording(path).events[-1][1] == "the vehicle holds"
+        replayed = replay(path, lambda technique: None)
+        assert replayed.steps > 100
+        assert not replayed.differences
         await line_with("mode OFFBOARD", vehicle)
         await line_with("mode HOLD", vehicle)
         vehicle.send_signal(stop)
         await line_with("ended", vehicle)
         assert await vehicle.wait() == 0
+
+
+@pytest.mark.realtime
+async def test_a_flight_that_is_killed_leaves_its_recording(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("IMPROMPTU_LOG_DIR", str(tmp_path))
+    serve = ("sitl", "--system-id", str(SYSTEM_ID), "--speed", "2")
+    fly = ("fly", "star", "--connect", f"udpin://127.0.0.1:{PORT}")
+    async with companion(*serve), companion(*fly) as flight:
+        await line_with("tracking star", flight)
+        flight.kill()
+        await flight.wait()
+    path = recording_in(tmp_path)
+    recording = read_recording(path)
+    assert "cut short" in recording.events[-1][1]
+    assert any(text == "settling" for _, text in recording.events)
+    assert len(read_recording(path.with_suffix(".tlog")).references.time_s) > 100
