@@ -55,10 +55,10 @@ def moments(series: AxisSeries) -> Moments:
     state, reference = series
     before = np.arange(_LATEST, len(state) - _STEP, _STRIDE)
     known = np.asarray(np.isfinite(state).all(axis=1))
-    asked = np.asarray(np.isfinite(reference).all(axis=1), dtype=np.float64)
+    near = np.abs(reference[:, 0] - state[:, 0]) < FARTHEST_M
+    asked = np.asarray(near & np.isfinite(reference).all(axis=1), dtype=np.float64)
     without_gap = _window_sums(asked[:, None], _LATEST + _STEP)[before - _LATEST, 0] == _LATEST + _STEP
-    near = np.abs(reference[before, 0] - state[before, 0]) < FARTHEST_M
-    usable = near & known[before] & known[before + _STEP] & without_gap
+    usable = known[before] & known[before + _STEP] & without_gap
     before = before[usable]
     blocks, group, bands = _groups(before, np.abs(state[before, 1]))
     means = _window_sums(np.nan_to_num(reference), _STEP) / _STEP

@@ -88,3 +88,52 @@ def test_what_lies_in_a_gap_is_left_out() -> None:
 def test_too_short_a_flight_is_refused(seconds: float) -> None:
     with pytest.raises(InputError):
         identify_recording(spring_flight(seconds=seconds))
+
+
+def test_references_of_the_kind_that_moved_most_count() -> None:
+    flight = spring_flight(seconds=60.0)
+    sent = flight.references
+    late = (sent.time_s > 45.0)[:, None]
+    mixed = replace(
+        flight,
+        references=replace(
+            sent,
+            velocity=np.where(late, np.nan, sent.velocity),
+            acceleration=np.where(late, np.nan, sent.acceleration),
+        ),
+    )
+    model = identify_recording(mixed, resamples=0)
+    assert model.seconds == pytest.approx(45.0, abs=1.0)
+    assert_allclose(model.axes[0].model.reference_weights, (0.8, 0.25), rtol=0.05)
+
+
+def test_what_is_held_back_far_from_its_reference_is_left_out() -> None:
+    flight = spring_flight()
+    sent = flight.references
+    away = np.where((sent.time_s < 8.0)[:, None], 50.0, 0.0) + sent.position
+    model = identify_recording(replace(flight, references=replace(sent, position=away)), resamples=0)
+    assert model.seconds == pytest.approx(40.0 - 8.0, abs=1.0)
+    assert_allclose(model.axes[0].model.reference_weights, (0.8, 0.25), rtol=0.05)
+
+
+def test_a_position_that_moves_beside_its_velocity_is_measured() -> None:
+    flight = spring_flight()
+    steady = identify_recording(flight, resamples=0)
+    pushed = flight.states.position + 0.2 * flight.states.time_s[:, None]
+    away = flight.references.position + 0.2 * flight.states.time_s[:, None]
+    drifting = identify_recording(
+        replace(
+            flight,
+            states=replace(flight.states, position=pushed),
+            references=replace(flight.references, position=away),
+        ),
+        resamples=0,
+    )
+    assert steady.axes[1].drift_m_s < 0.01
+    assert drifting.axes[1].drift_m_s == pytest.approx(0.2, abs=0.01)
+
+
+def test_same_seed_same_intervals() -> None:
+    first, again = (identify_recording(spring_flight(noise=0.003), resamples=3, seed=7) for _ in range(2))
+    for one, other in zip(first.axes[0].resamples, again.axes[0].resamples, strict=True):
+        assert_allclose(one.system.A, other.system.A, rtol=0.0, atol=0.0)

@@ -88,3 +88,18 @@ def test_identical_systems_are_similar_and_leave_the_gain_free() -> None:
 def test_an_unstable_target_is_refused() -> None:
     with pytest.raises(InputError, match="A1"):
         state_response(system([0.5, 0.2, 1.0]))
+
+
+@given(gain=st.floats(0.01, 10.0), state=numbers, scale=numbers)
+def test_s_is_zero_for_the_same_system_and_scales_with_the_state(
+    gain: float,
+    state: np.ndarray[tuple[int], np.dtype[np.float64]],
+    scale: np.ndarray[tuple[int], np.dtype[np.float64]],
+) -> None:
+    one, other = Gains(state, gain), Gains(scale, 1.3)
+    assert similarity(one, one).S1 == 0.0
+    assert similarity(one, one).S2_norm == 0.0
+    s = similarity(other, one)
+    scaled = similarity(Gains(2.0 * scale, 1.3), Gains(2.0 * state, gain))
+    assert scaled.S1 == s.S1
+    assert_allclose(scaled.S2, 2.0 * s.S2, atol=1e-12)

@@ -73,3 +73,14 @@ def test_dead_time_counts(poles: list[float], delay: int) -> None:
     assume(max(np.abs(poles)) < 0.9)
     system = LinearSystem(np.diag(poles), np.ones(2), np.array([0.5, 0.7]))
     assert nu_gap(TransferFunction.of(system), TransferFunction.of(system, delay)) > 0.05
+
+
+@given(delay=st.floats(0.05, 3.0))
+def test_a_part_of_a_step_delays_slow_signals_by_just_that(delay: float) -> None:
+    system = LinearSystem(np.array([[0.5]]), np.array([0.5]), np.array([1.0]))
+    z = np.exp(1j * 0.05)
+    plain, delayed = (
+        np.polyval(each.numerator, z) / np.polyval(each.denominator, z)
+        for each in (TransferFunction.of(system), TransferFunction.of(system, delay))
+    )
+    assert np.angle(delayed / plain) == pytest.approx(-0.05 * delay, abs=2e-4 + 0.05 * 0.02)
