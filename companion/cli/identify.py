@@ -19,6 +19,7 @@ from companion.recording import Recording, Segment, read_recording
 from companion.recording.card import log_name
 
 try:
+    from companion.experiments.estimator_fit import fit_estimator_errors
     from companion.experiments.fidelity import TwinFlight, fly_segment, segments_of
     from companion.experiments.fitted_file import fitted_file
     from companion.experiments.identification import Estimated, Identification, Shot, shots_of
@@ -31,7 +32,7 @@ try:
         file_values,
         parameter,
     )
-    from companion.experiments.wander import SHORTEST_HOVER_S, fit_estimator_errors
+    from companion.experiments.wander import SHORTEST_HOVER_S
     from sitl import files
     from sitl.estimator_errors import EstimatorErrors
     from sitl.vehicle import Vehicle
@@ -86,7 +87,7 @@ def identify(
     """Find the numbers of a vehicle file with which the simulated vehicle flies as the recorded one did.
 
     Bounds are a quarter of the start to four times it. With a hover window in the recording, the errors of
-    the estimator are fitted as well.
+    the estimator are fitted to it and to the flight as well.
 
     Example: companion identify flight.tlog --vehicle x500.yaml --output mine.yaml --plot mine.png
     """
@@ -106,8 +107,8 @@ def identify(
             wanted,
             lambda number, rms_m: status.update(f"step {number}, twin {rms_m:.3f} m from the log"),
         )
-        status.update("fitting the estimator to the hover")
-        estimator = _estimator(found.vehicle, [each.recording for each in chosen])
+        status.update("fitting the estimator")
+        estimator = _estimator(found.vehicle, chosen)
     console.print(_table(found))
     notes = _notes(found)
     for note in notes:
@@ -165,12 +166,12 @@ def _flights(vehicle: Vehicle, chosen: _Chosen) -> list[TwinFlight]:
     return [fly_segment(vehicle, chosen.recording, segment) for segment in chosen.segments]
 
 
-def _estimator(vehicle: Vehicle, recordings: Sequence[Recording]) -> EstimatorErrors | None:
-    """Fitted to the first hover that is long enough, if there is one."""
-    for recording in recordings:
-        hover = recording.hover
+def _estimator(vehicle: Vehicle, recordings: Sequence[_Chosen]) -> EstimatorErrors | None:
+    """Fitted to the first recording with a hover that is long enough, if there is one."""
+    for each in recordings:
+        hover = each.recording.hover
         if hover is not None and hover.end_s - hover.start_s >= SHORTEST_HOVER_S:
-            return fit_estimator_errors(vehicle, recording)
+            return fit_estimator_errors(vehicle, each.recording, each.segments)
     return None
 
 

@@ -1,13 +1,14 @@
 """`companion identify` and `companion bench fidelity` on excerpts of real autopilots' flights."""
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 from command_line import Run
 
 from companion.cli import identify as command
-from companion.recording import Recording
+from companion.recording import Recording, Segment
 from sitl.estimator_errors import EstimatorErrors, PositionError
 from sitl.vehicle import Vehicle, load_vehicle
 
@@ -20,8 +21,9 @@ ERRORS = EstimatorErrors(position=PositionError(noise_m=(0.1, 0.2, 0.3)))
 def quick_hover(monkeypatch: pytest.MonkeyPatch) -> None:
     """Stands in for the fit of the estimator, which has tests of its own."""
 
-    def errors(vehicle: Vehicle, recording: Recording) -> EstimatorErrors:
+    def errors(vehicle: Vehicle, recording: Recording, segments: Sequence[Segment]) -> EstimatorErrors:
         assert recording.hover is not None
+        assert segments
         return ERRORS
 
     monkeypatch.setattr(command, "fit_estimator_errors", errors)

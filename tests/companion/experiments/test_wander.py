@@ -1,4 +1,4 @@
-"""How an estimate wanders in hover, and the errors that make a twin wander alike."""
+"""How an estimate wanders in hover."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,6 @@ from companion.errors import InputError
 from companion.experiments.wander import (
     OCTAVES_HZ,
     compare_wander,
-    fit_estimator_errors,
     hover_of,
     recorded_wander,
     simulated_wander,
@@ -59,19 +58,6 @@ def test_the_heading_does_not_matter() -> None:
     flown.states.attitude[:, 2] = np.radians(90.0)
     flown.states.position[:, 1] += wave  # forwards, as the nose points east
     assert recorded_wander(flown).deviation_m == pytest.approx((0.3 / np.sqrt(2.0), 0.0, 0.0), abs=0.005)
-
-
-def test_a_twin_with_the_fitted_errors_wanders_as_the_recording() -> None:
-    recording = hover(ERRORS, seed=3, window_s=40.0)
-    fitted = fit_estimator_errors(VEHICLE, recording, windows=4)
-    recorded = recorded_wander(recording)
-    twin = simulated_wander(VEHICLE, fitted, 40.0, windows=6, seed=8)
-    assert twin.deviation_m == pytest.approx(recorded.deviation_m, rel=0.4)
-    ratio = twin.powers[0] / recorded.powers[0]
-    assert (ratio > 1 / 3).all()
-    assert (ratio < 3.0).all()
-    noise = np.broadcast_to(fitted.rates.noise_deg_s, 3)
-    assert noise == pytest.approx(2.0, rel=0.15)
 
 
 def test_a_recording_without_hover_says_what_to_do() -> None:
