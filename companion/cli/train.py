@@ -9,12 +9,15 @@ from rich.console import Console
 
 from companion.cli import options
 from companion.cli.flying import show
+from companion.errors import InputError
 from companion.learning.features import Preview
+from companion.learning.inverse_network import AxisLoops
 from companion.learning.model_file import save_model
 from companion.learning.online_settings import PAPER
-from companion.learning.training import PREVIEW, SAMPLE_TIME_S, train_inverse_network
+from companion.learning.training import PREVIEW, SAMPLE_TIME_S, estimated_preview, train_inverse_network
 from companion.learning.training_data import plain_lag, without_acceleration
 from companion.recording import Recording, read_recording
+from companion.similarity.axis_loops import axis_loops
 
 
 def train(
@@ -26,8 +29,11 @@ def train(
     ],
     output: Annotated[Path, typer.Option(dir_okay=False, help="File for the model (safetensors).")],
     preview: Annotated[
-        float | None,
-        typer.Option(min=0.01, max=5.0, help="How far ahead the network looks (s); else the preset's."),
+        str | None,
+        typer.Option(
+            metavar="SECONDS|auto",
+            help="How far ahead the network looks; auto: as the data ask for, else the preset's.",
+        ),
     ] = None,
     preset: options.PresetOption = options.Preset.DEFAULT,
     name: options.VehicleName = None,
@@ -45,22 +51,21 @@ def train(
     Example: companion train ardrone2.mcap --output ardrone2.safetensors
     """
     console = Console()
+    recordings = [_named(read_recording(each, system_id=system_id), name) for each in datasets]
+    lookahead_s, loops = plain_lag(recordings), axis_loops(recordings[0])
+    usual_preview, sample_time_s = PREVIEW, SAMPLE_TIME_S
     if preset is options.Preset.PAPER:
         usual_preview, sample_time_s = PAPER.preview, PAPER.sample_time_s
-    else:
-        usual_preview, sample_time_s = PREVIEW, SAMPLE_TIME_S
-    recordings = [_named(read_recording(each, system_id=system_id), name) for each in datasets]
-    lookahead_s = plain_lag(recordings)
-    if preset is options.Preset.PAPER:
         recordings = list(map(without_acceleration, recordings))
     options.writable(output)
     with console.status("preparing the samples") as status:
         network = train_inverse_network(
             recordings,
-            usual_preview if preview is None else Preview.of_time(preview),
+            usual_preview if preview is None else _preview(preview, loops),
             sample_time_s,
             seed=seed,
             lookahead_s=lookahead_s,
+            loops=loops,
             progress=lambda step, error: status.update(f"step {step}, held-out error {error:.4f}"),
         )
     save_model(network, output)
@@ -73,6 +78,18 @@ def train(
         f"held-out error: {', '.join(errors)}",
         f"model: {output}",
     )
+
+
+def _preview(text: str, loops: AxisLoops | None) -> Preview:
+    """What `--preview` means; InputError where it means nothing, or the data tell none."""
+    if text == "auto":
+        if loops is None:
+            raise InputError("the first data set is too short to tell a preview from: give --preview SECONDS")
+        return estimated_preview(loops)
+    try:
+        return Preview.of_time(float(text))
+    except ValueError:
+        raise InputError(f"--preview {text}: give seconds from 0 to 10, or auto") from None
 
 
 def _named(recording: Recording, vehicle: str | None) -> Recording:

@@ -73,6 +73,38 @@ def propagated(inputs: Float[Array32, "*n d"], layers: tuple[Layer, ...]) -> Flo
     return outputs
 
 
+Measured: TypeAlias = tuple[float, float, float]
+"""A figure, and where its 95 % confidence interval begins and ends."""
+
+
+class AxisLoop(BaseModel):
+    """How an axis of the vehicle answers references, by a linear model of its flights.
+
+    y(k+r) = 𝒜 x(k) + ℬ u(k) (the paper, Eqn. inputOuputLinear), x being position (m), velocity (m/s) and
+    acceleration (m/s²), u the position reference that all references together amount to (m).
+
+    Attributes:
+        step_s: from k to k + 1 (s).
+        delay_s: dead time until u begins to act (s).
+        relative_degree: r, beyond the dead time.
+        minimum_phase: whether the model's inverse is stable.
+        state_gain, input_gain: 𝒜 and ℬ.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    step_s: PositiveFloat
+    delay_s: NonNegativeFloat
+    relative_degree: PositiveInt
+    minimum_phase: bool
+    state_gain: tuple[Measured, Measured, Measured]
+    input_gain: Measured
+
+
+AxisLoops: TypeAlias = tuple[AxisLoop, AxisLoop, AxisLoop]
+"""North, east, down."""
+
+
 class ModelCard(BaseModel):
     """What a model is: enough to use it rightly, and to know where it comes from.
 
@@ -90,6 +122,7 @@ class ModelCard(BaseModel):
             (m, m/s, m/s²).
         lookahead_s: constant time by which the flown position lagged behind a reference without acceleration
             (s); None where none was flown.
+        loops: the vehicle's linear model; None where its flight gave none.
         software: version that trained it.
     """
 
@@ -106,6 +139,7 @@ class ModelCard(BaseModel):
     seed: int
     held_out_rms: tuple[NonNegativeFloat, ...]
     lookahead_s: NonNegativeFloat | None
+    loops: AxisLoops | None = None
     software: str
 
 

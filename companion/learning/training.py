@@ -17,6 +17,7 @@ from companion.errors import InputError
 from companion.learning.features import ACCELERATING_OUTPUTS, INVERSE_INPUTS, Preview
 from companion.learning.inverse_network import (
     Array32,
+    AxisLoops,
     InverseNetwork,
     Layer,
     ModelCard,
@@ -70,6 +71,7 @@ def train_inverse_network(
     *,
     seed: int,
     lookahead_s: float | None = None,
+    loops: AxisLoops | None = None,
     progress: Progress | None = None,
 ) -> InverseNetwork:
     """Train the inverse of the vehicle that flew `recordings` (Eqn. dnnMapping); same seed, same network.
@@ -82,6 +84,7 @@ def train_inverse_network(
         sample_time_s: between two samples (s).
         seed: of everything random.
         lookahead_s: for the card (s).
+        loops: for the card.
         progress: told how far the training is.
 
     Raises:
@@ -105,9 +108,20 @@ def train_inverse_network(
         seed=seed,
         held_out_rms=tuple(fit.held_out_rms.tolist()),
         lookahead_s=lookahead_s,
+        loops=loops,
         software=version("impromptu"),
     )
     return InverseNetwork(card, fit.layers, fit.input_scaling, fit.output_scaling)
+
+
+def estimated_preview(loops: AxisLoops) -> Preview:
+    """The preview that a vehicle's linear model asks for, instead of `PREVIEW`.
+
+    Of the velocity, its dead time and r − 1 steps, as in the paper; of the position what `PREVIEW` has, for a
+    longer one does not tell how far the vehicle is beside its path.
+    """
+    north, east, down = (loop.delay_s + (loop.relative_degree - 1) * loop.step_s for loop in loops)
+    return Preview(position_s=PREVIEW.position_s, velocity_s=(north, east, down))
 
 
 def _common_vehicle(recordings: Sequence[Recording]) -> str:

@@ -30,8 +30,8 @@ HELD_OUT_SHARE = 0.15
 COPIES = 4
 DISPLACEMENT_M = 0.2
 """Standard deviation on each axis, about that of a tracking error."""
-TILT_NOISE_RAD = 0.03
-"""Standard deviation; a few times an estimator's."""
+TILT_NOISE_RAD = 0.1
+"""Standard deviation; about that of a tilt against the wind, which no acceleration answers to."""
 
 
 class Samples(NamedTuple):

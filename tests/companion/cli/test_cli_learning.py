@@ -11,7 +11,19 @@ from companion.learning import training
 from companion.learning.features import ACCELERATING_OUTPUTS, INVERSE_OUTPUTS, Preview
 from companion.learning.model_file import load_model
 from companion.learning.online_settings import PAPER
-from companion.recording import read_recording
+from companion.learning.training import estimated_preview
+from companion.recording import Provenance, Recording, read_recording, write_recording
+from companion.recording.series import ReferenceSeries, StateSeries
+
+
+def hover() -> Recording:
+    """Two seconds in one place."""
+    time_s, still = np.arange(0.0, 2.0, 0.02), np.zeros((100, 3))
+    return Recording(
+        Provenance(vehicle="still"),
+        StateSeries(time_s, still, still, still, still),
+        ReferenceSeries(time_s, still, still, still, np.zeros(100)),
+    )
 
 
 @pytest.fixture
@@ -78,12 +90,14 @@ def test_several_flights_of_randomised_vehicles_make_one_network(companion: Run,
     plain = tmp_path / "plain.mcap"
     ran = companion(*collect, "--preset", "paper", "--output", plain)
     assert ran.status == 0, ran.err
-    ran = companion("train", *files, plain, "--output", model)
+    ran = companion("train", *files, plain, "--output", model, "--preview", "auto")
     assert ran.status == 0, ran.err
     card = load_model(model).card
     assert (card.data_flights, card.vehicle, card.outputs) == (2, "ardrone2", ACCELERATING_OUTPUTS)
     assert card.lookahead_s is not None
     assert card.lookahead_s > 0.2
+    assert card.loops is not None
+    assert card.preview == estimated_preview(card.loops)
 
 
 @pytest.mark.parametrize("option", [("--flights", 2), ("--randomise", 0.2)])
@@ -129,6 +143,15 @@ def test_a_data_set_that_cannot_be_flown_is_refused(
     assert ran.status == 2
     assert expected in ran.err
     assert "arming" not in ran.out
+
+
+@pytest.mark.parametrize("preview", ["soon", "-1", "nan", "100"])
+def test_a_preview_that_means_nothing_is_refused(companion: Run, tmp_path: Path, preview: str) -> None:
+    dataset = tmp_path / "data.mcap"
+    write_recording(hover(), dataset)
+    ran = companion("train", dataset, "--output", tmp_path / "model", f"--preview={preview}")
+    assert ran.status == 2
+    assert "give seconds from 0 to 10, or auto" in ran.err
 
 
 def test_training_on_what_is_no_data_set_is_refused(companion: Run, tmp_path: Path) -> None:

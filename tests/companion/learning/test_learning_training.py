@@ -4,14 +4,14 @@ from functools import partial
 
 import numpy as np
 import pytest
-from lagging_vehicle import STEP_S, LaggingVehicle, flight, sinusoids
+from lagging_vehicle import LAG_S, STEP_S, LaggingVehicle, flight, sinusoids
 
 from companion.arrays import Array
 from companion.errors import InputError
 from companion.learning import training
 from companion.learning.features import ACCELERATING_OUTPUTS, Preview, inverse_inputs, reference, state_vector
 from companion.learning.inverse_network import InverseNetwork
-from companion.learning.training import Fit, Progress, train, train_inverse_network
+from companion.learning.training import Fit, Progress, estimated_preview, train, train_inverse_network
 from companion.learning.training_data import (
     COPIES,
     DISPLACEMENT_M,
@@ -24,6 +24,7 @@ from companion.learning.training_data import (
     without_acceleration,
 )
 from companion.recording.series import Recording
+from companion.similarity.axis_loops import axis_loops
 
 PREVIEW = Preview.of_time(0.3)
 NOISE = 0.5
@@ -166,6 +167,28 @@ def test_the_lag_is_found(recording: Recording) -> None:
 def test_the_lag_is_that_of_a_flight_without_acceleration(recording: Recording) -> None:
     assert plain_lag([accelerating(recording, 1.0)]) is None
     assert plain_lag([accelerating(recording, 1.0), recording]) == constant_lag(recording)
+
+
+def test_the_loop_of_each_axis_is_told_with_intervals_and_gives_a_preview(recording: Recording) -> None:
+    loops = axis_loops(recording)
+    assert loops is not None
+    for loop in loops:
+        assert loop.minimum_phase
+        assert loop.delay_s < LAG_S
+        for value, low, high in (*loop.state_gain, loop.input_gain):
+            assert low <= high
+            assert value == pytest.approx(0.5 * (low + high), abs=2.0 * (high - low) + 1e-3)
+        # Displaced together with its reference, a vehicle flies the same.
+        assert loop.state_gain[0][0] + loop.input_gain[0] == pytest.approx(1.0, abs=1e-6)
+    preview = estimated_preview(loops)
+    assert preview.velocity_s == tuple(
+        loop.delay_s + (loop.relative_degree - 1) * loop.step_s for loop in loops
+    )
+    assert all(LAG_S - 0.05 < lead < 2.0 * LAG_S for lead in preview.velocity_s)
+
+
+def test_a_flight_too_short_for_a_model_gives_none() -> None:
+    assert axis_loops(flight(1.0, seed=0)) is None
 
 
 def numbered(first: int, count: int) -> Samples:
