@@ -44,7 +44,13 @@ def quadrotor(
     target: Annotated[
         str, typer.Option(help="Vehicle that is flown: a name in config/vehicles, or a YAML file.")
     ] = "bebop2",
-    model: options.Model = None,
+    model: Annotated[
+        str | None,
+        typer.Option(
+            help="The source's network: a name in config/models, a file, or auto for all that ship but the "
+            "target's own, of which dnn+gp takes what helps."
+        ),
+    ] = None,
     strategies: Annotated[
         str, typer.Option(help="Which to fly, with commas between; baseline is always flown.")
     ] = ",".join(Strategy),

@@ -24,6 +24,7 @@ from companion.flight.strategies import ReferenceLaw, Strategy, reference_law
 from companion.flight.supervision import supervision_of
 from companion.flight.technique import Technique
 from companion.learning.inverse_network import InverseNetwork
+from companion.learning.library import Library
 from companion.learning.online_settings import OnlineSettings
 from companion.link import parse_address
 from companion.link.address import Address
@@ -199,7 +200,7 @@ def _read(file: Path, placement: Placement, fence: Fence, limits: Limits) -> Tra
 
 def _technique(
     strategy: Strategy | None,
-    network: InverseNetwork | None,
+    network: InverseNetwork | Library | None,
     lookahead_s: float | None,
     online: OnlineSettings,
 ) -> tuple[Strategy, ReferenceLaw]:
@@ -210,7 +211,7 @@ def _technique(
         raise InputError(f"strategy {strategy} uses no model: leave out --model, or choose another strategy")
     if lookahead_s is not None and strategy is not Strategy.LOOKAHEAD:
         raise InputError(f"--lookahead belongs to strategy lookahead, not to {strategy}")
-    if lookahead_s is None and network is not None:
+    if lookahead_s is None and isinstance(network, InverseNetwork):
         lookahead_s = network.card.lookahead_s
     law = reference_law(strategy, network=network, lookahead_s=lookahead_s, online=online)
     return strategy, law

@@ -14,12 +14,15 @@ from companion.flight.flight import After
 from companion.flight.guard import GuardLimits
 from companion.flight.guard_file import read_guard_limits
 from companion.learning.inverse_network import InverseNetwork
+from companion.learning.library import AUTO, Library, library_files, load_library
 from companion.learning.model_file import load_model
 from companion.learning.online_settings import DEFAULT, ESTIMATED, PAPER, OnlineSettings
 from companion.link.signing import SigningKey
 from companion.link.signing_key import read_signing_key
 from companion.trajectory.limits import Limits
 from companion.trajectory.placement import LOWEST_M, Placement
+
+_MODELS = bundled.config_directory() / "models"
 
 
 class Plane(StrEnum):
@@ -96,7 +99,11 @@ Altitude: TypeAlias = Annotated[
 ]
 FlipY: TypeAlias = Annotated[bool, typer.Option("--flip-y", help="The drawing's y points down.")]
 Model: TypeAlias = Annotated[
-    str | None, typer.Option(help="Inverse network: a name in config/models, or a file.")
+    str | None,
+    typer.Option(
+        help="Inverse network: a name in config/models, or a file; or `auto`, which of all in config/models "
+        "follows the one that helps most."
+    ),
 ]
 PresetOption: TypeAlias = Annotated[
     Preset,
@@ -142,20 +149,27 @@ def limits(speed: float | None) -> Limits:
     return Limits(speed_m_s=speed)
 
 
-def network(model: str | None) -> InverseNetwork | None:
-    """The network that `--model` names, if it names one.
+def network(model: str | None) -> InverseNetwork | Library | None:
+    """The network that `--model` names, if it names one; all that we fly for `auto`.
 
     Raises:
         InputError: no such model, or not one that fits this program.
     """
+    if model == AUTO:
+        return load_library(_MODELS, DEFAULT.sample_time_s)
     return None if model is None else load_model(bundled.find("models", model, ".safetensors"))
 
 
 def model_sha256(model: str | None) -> str | None:
-    """The digest (hex) of the file that `--model` names, if it names one; InputError as `network`."""
+    """The digest (hex) of the file that `--model` names, if it names one, for `auto` of all.
+
+    Raises:
+        InputError: as `network`.
+    """
     if model is None:
         return None
-    return hashlib.sha256(bundled.find("models", model, ".safetensors").read_bytes()).hexdigest()
+    files = library_files(_MODELS) if model == AUTO else [bundled.find("models", model, ".safetensors")]
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
 
 
 def signing_key(file: Path | None) -> SigningKey | None:

@@ -17,6 +17,7 @@ from companion.flight.replay import Replayed
 from companion.flight.replay import replay as replayed
 from companion.flight.technique import Technique
 from companion.learning.inverse_network import InverseNetwork
+from companion.learning.library import Library
 
 _MOST_ROWS = 20
 
@@ -35,7 +36,7 @@ def replay(
     Example: companion replay flights/20260501T123456Z-star-gp.mcap
     """
 
-    def network(technique: Technique) -> InverseNetwork | None:
+    def network(technique: Technique) -> InverseNetwork | Library | None:
         name = model or technique.model
         if options.model_sha256(name) != technique.model_sha256:
             raise InputError(

@@ -18,6 +18,7 @@ from companion.experiments.results import BASELINE
 from companion.experiments.simulated_flights import Scenario
 from companion.flight.strategies import Strategy
 from companion.learning.inverse_network import InverseNetwork
+from companion.learning.library import AUTO, Library, load_library
 from companion.learning.model_file import load_model
 from companion.learning.online_settings import PAPER, OnlineSettings
 from companion.trajectory.trajectory import Trajectory
@@ -34,6 +35,14 @@ class Model:
 
 
 @dataclass(frozen=True, eq=False)
+class Several:
+    """Networks of which a flight takes whichever helps, and what they are called together."""
+
+    name: str
+    network: Library
+
+
+@dataclass(frozen=True, eq=False)
 class Contender:
     """A vehicle with a strategy.
 
@@ -47,7 +56,7 @@ class Contender:
 
     vehicle: str
     strategy: Strategy
-    model: Model | None = None
+    model: Model | Several | None = None
     lookahead_s: float | None = None
     compared_with: str = BASELINE
 
@@ -82,7 +91,7 @@ def needs_network(strategy: Strategy) -> bool:
 
 
 def transferred(
-    target: str, strategies: Sequence[Strategy], model: Model | None, lookahead_s: float | None
+    target: str, strategies: Sequence[Strategy], model: Model | Several | None, lookahead_s: float | None
 ) -> Contenders:
     """The target with each strategy, with `baseline` in any case, and with `gp` beside `dnn+gp`.
 
@@ -114,6 +123,20 @@ def with_own_networks(source: str, of_source: Model, target: str, of_target: Mod
 def own_model_name(vehicle: str, online: OnlineSettings) -> str:
     """What the network of a vehicle (a name, or a YAML file) is called in `config/models`."""
     return f"{Path(vehicle).stem}_paper" if online == PAPER else Path(vehicle).stem
+
+
+def library_for(target: str, online: OnlineSettings) -> Several:
+    """All networks of `config/models` but the target's own.
+
+    Raises:
+        InputError: there is none for these settings, or they follow one network all the way.
+    """
+    if online.network_share == 1.0:
+        raise InputError(
+            "--model auto chooses among networks as it flies, which the paper does not: name one"
+        )
+    library = load_library(bundled.config_directory() / "models", online.sample_time_s)
+    return Several(AUTO, library.without(own_model_name(target, online)))
 
 
 def find_model(name_or_path: str, online: OnlineSettings) -> Model:

@@ -13,7 +13,9 @@ from companion.experiments.contenders import (
     TARGET_OWN,
     Contenders,
     Model,
+    Several,
     find_model,
+    library_for,
     needs_network,
     own_model_name,
     transferred,
@@ -25,6 +27,7 @@ from companion.experiments.rows import beside_gp, flight_row
 from companion.experiments.simulated_flights import prepare_simulator
 from companion.experiments.trajectories import Course
 from companion.flight.strategies import Strategy
+from companion.learning.library import AUTO
 from companion.learning.online_settings import DEFAULT, PAPER, OnlineSettings
 from companion.trajectory.trajectory import Trajectory
 
@@ -53,7 +56,8 @@ def paper_comparison(
         trajectories: NED relative to the takeoff point (m); their names differ.
         source: whose network is carried over: a name in `config/vehicles`, or a YAML file.
         target: what flies with it, named likewise.
-        model: the source's network; by default the file of `config/models` with the source's name.
+        model: the source's network; by default the file of `config/models` with the source's name. `auto`
+            for all that are there but the target's, with which only `dnn+gp` flies.
         strategies: besides `baseline`, which is always flown.
         conditions: name in `config/conditions`, or a YAML file.
         seed: of every flight.
@@ -66,8 +70,13 @@ def paper_comparison(
         InputError: a vehicle, the conditions or the source's network cannot be used.
     """
     chosen, notes = list(strategies), list[str]()
-    of_source = None
-    if any(map(needs_network, chosen)):
+    of_source: Model | Several | None = None
+    if model == AUTO:
+        of_source = library_for(target, online)
+        if Strategy.DNN in chosen:
+            chosen.remove(Strategy.DNN)
+            notes.append("dnn was not flown: it takes one network, not several")
+    elif any(map(needs_network, chosen)):
         of_source = find_model(model or own_model_name(source, online), online)
     prepare_simulator([source, target], conditions)
     lookahead_s = None
@@ -78,7 +87,7 @@ def paper_comparison(
             chosen.remove(Strategy.LOOKAHEAD)
             notes.append(f"lookahead was not flown: {target} failed on the training sinusoids: {error}")
     contenders = transferred(target, chosen, of_source, lookahead_s)
-    if of_source is not None and Strategy.DNN in chosen:
+    if isinstance(of_source, Model) and Strategy.DNN in chosen:
         of_target, why_none = _own_model(target, online)
         notes += why_none
         contenders |= with_own_networks(source, of_source, target, of_target)

@@ -19,6 +19,7 @@ from companion.flight.online_correction import OnlineCorrection
 from companion.flight.strategies import Strategy, reference_law
 from companion.flight.supervision import supervision_of
 from companion.learning.inverse_network import InverseNetwork
+from companion.learning.library import Library
 from companion.learning.online_settings import DEFAULT, OnlineSettings
 from companion.link import connect, start_telemetry
 from companion.link.address import Simulated
@@ -45,7 +46,7 @@ class Scenario:
         vehicle: name in `config/vehicles`, or a YAML file.
         conditions: name in `config/conditions`, or a YAML file.
         seed: of wind, estimator errors and link.
-        network: for the strategies that need one.
+        network: for the strategies that need one; `dnn+gp` takes a library, too.
         lookahead_s: for the strategy that needs it (s).
         online: settings of the online correction.
     """
@@ -55,7 +56,7 @@ class Scenario:
     vehicle: str = "bebop2"
     conditions: str = "ideal"
     seed: int = 0
-    network: InverseNetwork | None = None
+    network: InverseNetwork | Library | None = None
     lookahead_s: float | None = None
     online: OnlineSettings = DEFAULT
 

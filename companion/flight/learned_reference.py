@@ -9,9 +9,9 @@ from companion.arrays import Array, Vec3
 from companion.autopilot.position_loop import PositionLoop
 from companion.flight.reference import Reference
 from companion.flight.strategies import ReferenceLaw
-from companion.learning.library import Selection
 from companion.learning.negative_transfer import Displacement, NetworkJudge, bounded
 from companion.learning.online_settings import OnlineSettings
+from companion.learning.selection import Selection
 from companion.state import VehicleState
 from companion.trajectory.trajectory import Trajectory
 

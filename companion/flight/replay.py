@@ -22,11 +22,12 @@ from companion.flight.supervision import Supervision, supervision_of
 from companion.flight.technique import Technique
 from companion.flight.tracker import PLAIN, Tracker
 from companion.learning.inverse_network import InverseNetwork
+from companion.learning.library import Library
 from companion.recording.mcap_reader import CutShort, Message
 from companion.recording.topics import REFERENCE, Fields
 from companion.state import VehicleState
 
-FindNetwork: TypeAlias = Callable[[Technique], InverseNetwork | None]
+FindNetwork: TypeAlias = Callable[[Technique], InverseNetwork | Library | None]
 
 
 @dataclass(frozen=True)
@@ -147,7 +148,7 @@ class _Again:
             raise InputError("the recording does not say by which strategy was flown")
         network = self._find_network(technique)
         lookahead_s = technique.lookahead_s
-        if lookahead_s is None and network is not None:
+        if lookahead_s is None and isinstance(network, InverseNetwork):
             lookahead_s = network.card.lookahead_s
         online = technique.online
         correction = OnlineCorrection(online) if technique.strategy.learns_online else None

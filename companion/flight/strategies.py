@@ -7,11 +7,11 @@
 | `lookahead`   | position and velocity, a constant time early          | none              |
 | `dnn`         | inverse network of a source vehicle                   | none              |
 | `gp`          | the same as `feedforward`, its parts somewhat early   | online correction |
-| `dnn+gp`      | part of the way from `gp`'s to what the network says  | online correction |
-|               | of the trajectory itself; or the paper's: as `dnn`    |                   |
+| `dnn+gp`      | as `gp`, from which `supervision` goes a part of the  | online correction |
+|               | way to a network's; or the paper's: as `dnn`          |                   |
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Protocol
 
@@ -23,6 +23,7 @@ from companion.flight.preview import desired_ahead, flat_state, state_of
 from companion.flight.reference import Reference
 from companion.learning.features import inverse_inputs, reference
 from companion.learning.inverse_network import InverseNetwork
+from companion.learning.library import Library
 from companion.learning.online_settings import DEFAULT, OnlineSettings, ReferenceLead
 from companion.state import VehicleState
 from companion.trajectory.trajectory import Trajectory
@@ -94,29 +95,6 @@ class InverseDynamics:
 
 
 @dataclass(frozen=True, slots=True)
-class InverseFeedforward:
-    """u1 that keeps the source vehicle on the trajectory: its inverse network, fed with no estimate.
-
-    What is fed back through another vehicle's inverse may swing, and an estimate that wanders is none that
-    the network learned from; an error is left to the autopilot and to the online correction.
-    """
-
-    network: InverseNetwork
-
-    def __call__(self, trajectory: Trajectory, time_s: float, state: VehicleState) -> Reference:
-        """The reference for a vehicle that is where the trajectory is."""
-        return _inverted(self.network, flat_state(trajectory, time_s), trajectory, time_s)
-
-
-def _inverted(
-    network: InverseNetwork, x: Float[Array, "12"], trajectory: Trajectory, time_s: float
-) -> Reference:
-    """What the network answers in the state `x` to what the trajectory needs next."""
-    inputs = inverse_inputs(x, *desired_ahead(trajectory, time_s, network.card.preview))
-    return Reference(*reference(x, network(inputs)))
-
-
-@dataclass(frozen=True, slots=True)
 class Early:
     """Feed-forward whose parts are sent early, each by what the vehicle needs to obey it."""
 
@@ -131,10 +109,39 @@ class Early:
         )
 
 
+@dataclass(frozen=True, slots=True)
+class InverseFeedforward:
+    """u1 that keeps the source vehicle on the trajectory: its inverse network, fed with no estimate.
+
+    What is fed back through another vehicle's inverse may swing, and an estimate that wanders is none that
+    the network learned from; an error is left to the autopilot and to the online correction. Of a network
+    that answers with an acceleration, that alone is taken: what the source's position and velocity loops need
+    besides, with their gains, its drag and its integrators, is the least alike on another vehicle.
+    """
+
+    network: InverseNetwork
+    lead: ReferenceLead = DEFAULT.lead
+
+    def __call__(self, trajectory: Trajectory, time_s: float, state: VehicleState) -> Reference:
+        """The reference for a vehicle that is where the trajectory is."""
+        learned = _inverted(self.network, flat_state(trajectory, time_s), trajectory, time_s)
+        if learned.acceleration is None:
+            return learned
+        return replace(Early(self.lead)(trajectory, time_s, state), acceleration=learned.acceleration)
+
+
+def _inverted(
+    network: InverseNetwork, x: Float[Array, "12"], trajectory: Trajectory, time_s: float
+) -> Reference:
+    """What the network answers in the state `x` to what the trajectory needs next."""
+    inputs = inverse_inputs(x, *desired_ahead(trajectory, time_s, network.card.preview))
+    return Reference(*reference(x, network(inputs)))
+
+
 def reference_law(
     strategy: Strategy,
     *,
-    network: InverseNetwork | None = None,
+    network: InverseNetwork | Library | None = None,
     lookahead_s: float | None = None,
     online: OnlineSettings = DEFAULT,
 ) -> ReferenceLaw:
@@ -157,6 +164,8 @@ def reference_law(
         case Strategy.DNN | Strategy.DNN_GP:
             if network is None:
                 raise InputError(f"strategy {strategy} needs a network: give --model")
-            if strategy is Strategy.DNN or online.network_share == 1.0:
-                return InverseDynamics(network)
-            return Early(online.lead)
+            if strategy is Strategy.DNN_GP and online.network_share < 1.0:
+                return Early(online.lead)
+            if isinstance(network, Library):
+                raise InputError("a library serves strategy dnn+gp in our settings: name one --model instead")
+            return InverseDynamics(network)

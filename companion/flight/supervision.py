@@ -17,6 +17,7 @@ from companion.flight.online_correction import OnlineStep
 from companion.flight.reference import Correction, Reference
 from companion.flight.strategies import InverseFeedforward, ReferenceLaw, Strategy
 from companion.learning.inverse_network import InverseNetwork
+from companion.learning.library import Library
 from companion.learning.negative_transfer import CorrectionJudge, Displacement, Shares, loop_gain
 from companion.learning.online_settings import OnlineSettings
 from companion.state import VehicleState
@@ -123,11 +124,13 @@ class Supervision:
 
 
 def supervision_of(
-    strategy: Strategy, network: InverseNetwork | None, online: OnlineSettings
+    strategy: Strategy, network: InverseNetwork | Library | None, online: OnlineSettings
 ) -> Supervision | None:
     """Of a flight with this strategy; None where nothing is learned online."""
     if not strategy.learns_online:
         return None
-    if strategy is Strategy.DNN_GP and network is not None and online.network_share < 1.0:
-        return Supervision(online, {network.card.vehicle: InverseFeedforward(network)})
-    return Supervision(online)
+    if strategy is not Strategy.DNN_GP or network is None or online.network_share == 1.0:
+        return Supervision(online)
+    networks = network.networks if isinstance(network, Library) else {network.card.vehicle: network}
+    laws = {name: InverseFeedforward(each, online.lead) for name, each in networks.items()}
+    return Supervision(online, laws)

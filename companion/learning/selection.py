@@ -1,4 +1,4 @@
-"""A library of networks in flight: which of several is followed, and how one takes over from another."""
+"""Which of several networks is followed, and how one takes over from another."""
 
 import numpy as np
 from jaxtyping import Float

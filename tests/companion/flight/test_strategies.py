@@ -10,14 +10,17 @@ from hypothesis.extra.numpy import arrays
 
 from companion.arrays import Vec3
 from companion.flight.approach import rest_to_rest
+from companion.flight.preview import flat_state
 from companion.flight.reference import Reference
 from companion.flight.strategies import (
+    Early,
     InverseDynamics,
     InverseFeedforward,
     position_velocity_acceleration,
 )
 from companion.learning.features import ACCELERATING_OUTPUTS, INVERSE_INPUTS, INVERSE_OUTPUTS, Preview
 from companion.learning.inverse_network import InverseNetwork, Layer, ModelCard, Scaling
+from companion.learning.online_settings import DEFAULT
 from companion.state import VehicleState
 from companion.trajectory.trajectory import Trajectory
 
@@ -83,8 +86,22 @@ def test_the_inverse_as_feedforward_does_not_hear_the_estimate(
     np.testing.assert_array_equal(elsewhere.position, there.position)
     np.testing.assert_array_equal(elsewhere.velocity, there.velocity)
     np.testing.assert_array_equal(elsewhere.acceleration, there.acceleration)
-    np.testing.assert_allclose(there.position, LINE.at(0.9).position, atol=1e-6)
-    np.testing.assert_allclose(there.velocity, LINE.at(0.9).velocity, atol=1e-6)
+
+
+def test_of_an_inverse_with_acceleration_that_alone_is_fed_forward() -> None:
+    learned, plain = (
+        law(LINE, 0.7, STATE) for law in (InverseFeedforward(ACCELERATING_NETWORK), Early(DEFAULT.lead))
+    )
+    np.testing.assert_array_equal(learned.position, plain.position)
+    np.testing.assert_array_equal(learned.velocity, plain.velocity)
+    assert learned.acceleration is not None
+    np.testing.assert_allclose(learned.acceleration, flat_state(LINE, 0.7)[6:9], atol=1e-6)
+
+
+def test_of_an_inverse_without_one_all_is_fed_forward() -> None:
+    learned = InverseFeedforward(PLAIN_NETWORK)(LINE, 0.7, STATE)
+    np.testing.assert_allclose(learned.position, LINE.at(0.9).position, atol=1e-6)
+    np.testing.assert_allclose(learned.velocity, LINE.at(0.9).velocity, atol=1e-6)
 
 
 def test_the_papers_inverse_hears_it() -> None:

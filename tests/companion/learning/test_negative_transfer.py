@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from companion.arrays import Array, Vec3
-from companion.learning.library import Selection
 from companion.learning.negative_transfer import (
     CorrectionJudge,
     Displacement,
@@ -16,6 +15,7 @@ from companion.learning.negative_transfer import (
     faded,
     loop_gain,
 )
+from companion.learning.selection import Selection
 
 STEP_S = 0.02
 NOTHING: Vec3 = np.zeros(3)
