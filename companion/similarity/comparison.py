@@ -57,9 +57,9 @@ class Figures:
 
     @property
     def same_relative_degree(self) -> bool:
-        """(A2)(i): both answer equally many steps later, dead time included."""
+        """(A2)(i): both answer equally many steps later, with dead times less than a step apart."""
         same = self.source.relative_degree == self.target.relative_degree
-        return same and abs(self.source.delay_s - self.target.delay_s) < SAMPLE_TIME_S / 2.0
+        return same and abs(self.source.delay_s - self.target.delay_s) < SAMPLE_TIME_S
 
     @property
     def a2_holds(self) -> bool:
