@@ -104,6 +104,17 @@ def test_several_speeds_and_what_was_reached(tmp_path: Path) -> None:
     assert note in shown
 
 
+def test_a_library_flies_with_the_correction_only(line: Path, tmp_path: Path) -> None:
+    file = tmp_path / "auto.json"
+    bench("--trajectories", line, "--model", "auto", "--strategies", "dnn,dnn+gp", "--json", file)
+    told = json.loads(file.read_text())
+    flown = [(row["strategy"], row["model"]) for row in told["rows"]]
+    assert flown == [("baseline", None), ("dnn+gp", "auto"), ("gp", None)]
+    assert all(0.0 <= row["active_share"] <= 1.0 for row in told["rows"])
+    assert told["summary"]["target_own_dnn"] is None
+    assert told["notes"] == ["dnn was not flown: it takes one network, not several"]
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

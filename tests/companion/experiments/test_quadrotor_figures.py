@@ -14,6 +14,7 @@ from companion.experiments.contenders import (
     TARGET_OWN,
     Model,
     find_model,
+    library_for,
     own_model_name,
     transferred,
     with_own_networks,
@@ -195,6 +196,14 @@ def test_a_vehicles_model_is_named_after_its_file() -> None:
 
 def test_only_the_target_with_a_network_of_its_own_flies_with_it() -> None:
     assert TARGET_OWN not in with_own_networks("ardrone2", MODEL, "bebop2", None)
+
+
+def test_a_library_for_a_vehicle_is_without_its_own_network() -> None:
+    names = library_for("bebop2", DEFAULT).network.networks
+    assert {"ardrone2", "iris"} <= set(names)
+    assert "bebop2" not in names
+    with pytest.raises(InputError, match="name one"):
+        library_for("bebop2", PAPER)
 
 
 def test_a_model_that_is_not_there_is_refused() -> None:
