@@ -1,5 +1,6 @@
 """What a control loop was told and saw, and what it made of it, from the file that was written meanwhile."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -94,10 +95,17 @@ def _input(item: Item, attachments: dict[str, bytes]) -> Input | None:
         case Message(topic, time_s, fields) if topic == CONTROL:
             return Began(time_s, ControlSettings.model_validate_json(fields["settings"]))
         case Message(topic, time_s, fields) if topic == TRAJECTORY:
-            data = np.frombuffer(attachments.pop(fields["attachment"]), dtype="<f8").astype(np.float64)
-            trajectory = Trajectory(fields["name"], fields["step_s"], data.reshape(-1, 6, 3))
-            return Followed(time_s, trajectory, fields["start_s"], fields["law"])
+            trajectory = _trajectory(fields, attachments.pop(fields["attachment"]))
+            return Followed(time_s, trajectory, float(fields["start_s"]), fields["law"])
     return None
+
+
+def _trajectory(fields: Fields, data: bytes) -> Trajectory:
+    coefficients = np.frombuffer(data, dtype="<f8").astype(np.float64).reshape(-1, 6, 3)
+    step_s = float(fields["step_s"])
+    if not (len(coefficients) and np.isfinite(coefficients).all() and 0.0 < step_s < math.inf):
+        raise ValueError("no trajectory")
+    return Trajectory(str(fields["name"]), step_s, coefficients)
 
 
 def _state(time_s: float, fields: Fields) -> VehicleState:
@@ -106,7 +114,7 @@ def _state(time_s: float, fields: Fields) -> VehicleState:
 
     return VehicleState(
         time_s=time_s,
-        received_s=fields.get("received_s", time_s),
+        received_s=float(fields.get("received_s", time_s)),
         position=vector("position"),
         velocity=vector("velocity"),
         attitude=vector("attitude"),

@@ -2,6 +2,8 @@
 
 import asyncio
 
+import pytest
+
 from companion import clock
 
 
@@ -43,3 +45,28 @@ def test_real_time_is_the_loop_s_own() -> None:
 
     first, second = clock.run(read())
     assert first <= second
+
+
+def test_virtual_time_stands_still_for_work_in_a_thread() -> None:
+    async def work() -> tuple[float, int]:
+        ticking = asyncio.create_task(asyncio.sleep(1.0))
+        result = await asyncio.to_thread(sum, [1, 2])
+        assert not ticking.done()
+        with pytest.raises(ZeroDivisionError):
+            await asyncio.to_thread(divmod, 1, 0)
+        ticking.cancel()
+        return clock.now(), result
+
+    assert clock.run(work(), virtual=True) == (0.0, 3)
+
+
+def test_every_virtual_time_has_the_same_date() -> None:
+    async def date_s() -> float:
+        await asyncio.sleep(5.0)
+        return clock.epoch_s()
+
+    assert clock.run(date_s(), virtual=True) == clock.run(date_s(), virtual=True) > 1.7e9
+
+
+async def test_the_real_clocks_date_is_the_walls() -> None:
+    assert clock.epoch_s() + clock.now() == pytest.approx(clock.unix_time_s(), abs=1.0)
