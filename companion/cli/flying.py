@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Protocol
 
@@ -15,11 +16,13 @@ from companion.cli.display import FlightDisplay
 from companion.cli.recorded import link_text, recorded, versions
 from companion.errors import NoReplyError
 from companion.flight.flight import FlightOutcome, FlightPlan, fly
+from companion.flight.states import FlightState
 from companion.flight.takeoff import Announce
 from companion.flight.technique import Technique
 from companion.link import connect, start_telemetry
 from companion.link.address import Address, Simulated
 from companion.link.connection import Connection
+from companion.link.dialect import mavlink
 from companion.link.signing import SigningKey
 from companion.link.telemetry import Telemetry
 from companion.recording import Provenance
@@ -201,8 +204,16 @@ async def _fly(request: Request, record: Path | None, console: Console) -> Flown
                 recorder=recorder,
                 announce=display.phase,
                 progress=display.progress,
+                on_state=partial(_tell_state, connection),
             )
             return Flown(outcome, connection.system_id, identity)
+
+
+def _tell_state(connection: Connection, state: FlightState) -> None:
+    """Say to everyone on the link what the flight came to."""
+    worse = state in (FlightState.YIELDED, FlightState.FAILED)
+    severity = mavlink.MAV_SEVERITY_WARNING if worse else mavlink.MAV_SEVERITY_INFO
+    connection.send(mavlink.MAVLink_statustext_message(severity, f"companion: {state}".encode()))
 
 
 async def _limits(limits: Limits, autopilot: Autopilot, announce: Announce) -> Limits:

@@ -11,13 +11,14 @@ from companion import clock
 from companion.arrays import Vec3
 from companion.autopilot import Autopilot
 from companion.autopilot.position_loop import PositionLoop
-from companion.errors import FlightError, GapError, ImpromptuError, NoReplyError, TakenError
+from companion.errors import FlightError, GapError, ImpromptuError, LinkError, NoReplyError, TakenError
 from companion.flight.approach import joining, rest_at, rest_to_rest
 from companion.flight.control import Control, ControlSettings
 from companion.flight.guard import Clip, GuardLimits
 from companion.flight.heading import YawMode
 from companion.flight.online_correction import OnlineCorrection
 from companion.flight.recorder import FlightRecorder, Recorder
+from companion.flight.states import Event, FlightState, next_state
 from companion.flight.strategies import ReferenceLaw, position_velocity
 from companion.flight.stream import SetpointStream
 from companion.flight.supervision import Supervision
@@ -33,6 +34,8 @@ from companion.trajectory.trajectory import Trajectory
 ShowProgress: TypeAlias = Callable[[float, float], None]
 """Called twice a second with the share of the trajectory that is done and the distance from it (m)."""
 
+ShowState: TypeAlias = Callable[[FlightState], None]
+
 _POLL_S = 0.05
 _PROGRESS_S = 0.5
 _HAND_OVER_S = 5.0
@@ -43,6 +46,8 @@ _SETTLED_WITHIN_S = 7.0
 """If it does not get there, the flight begins all the same: its error is part of what is measured."""
 _LEAD_S = 0.5
 """From settled to the first instant of the trajectory, in which previews begin to see it."""
+_LEAST_MEASURED_S = 0.5
+"""Of a trajectory that is joined at its very end, too."""
 _LAST_TELEMETRY_S = 0.5
 """After the last instant, until the states of that instant have arrived."""
 
@@ -114,6 +119,7 @@ async def fly(
     recorder: Recorder | None = None,
     announce: Announce = lambda text: None,
     progress: ShowProgress = lambda share, error_m: None,
+    on_state: ShowState = lambda state: None,
 ) -> FlightOutcome:
     """Fly `plan`; whatever ends it, the vehicle is left as the plan says, in a hold, or with who took it.
 
@@ -125,6 +131,7 @@ async def fly(
         recorder: to be filled; whoever gives one still has it when the flight fails.
         announce: told each phase as it begins.
         progress: told while the trajectory is tracked.
+        on_state: told each state that the flight comes to.
 
     Raises:
         RefusedError: the vehicle refused to arm, take off or be guided.
@@ -133,13 +140,14 @@ async def fly(
         GapError: setpoints stopped for so long that the vehicle's failsafe has acted.
         LinkError: the vehicle fell silent.
     """
-    flight = _Flight(plan, autopilot, telemetry, recorder or FlightRecorder(), announce, progress)
+    flight = _Flight(plan, autopilot, telemetry, recorder or FlightRecorder(), announce, progress, on_state)
     unsubscribe = telemetry.subscribe(flight.recorder.state)
     try:
         tracked = await flight.run()
         await flight.hand_back()
     except (TakenError, GapError) as left:
         flight.recorder.event(clock.now(), str(left))
+        flight.came(Event.TAKE if isinstance(left, TakenError) else Event.FAIL)
         raise
     except BaseException as trouble:
         flight.recorder.event(clock.now(), str(trouble) or "stopped")
@@ -178,7 +186,18 @@ class _Flight:
     recorder: Recorder
     announce: Announce
     progress: ShowProgress
+    on_state: ShowState
     found_in: str = ""
+    state: FlightState = FlightState.DISCONNECTED
+
+    def came(self, event: Event) -> None:
+        """Something happened that may lead to another state."""
+        state = next_state(self.state, event)
+        if state is not self.state:
+            said = {"from": self.state, "to": state, "event": event}
+            self.recorder.event(clock.now(), f"state: {state} ({event})", "state", said)
+            self.state = state
+            self.on_state(state)
 
     def note(self, text: str) -> None:
         """A phase begins, or something is worth telling."""
@@ -193,7 +212,10 @@ class _Flight:
         home = await self._into_the_air()
         state = await self.telemetry.next_state()
         control = Control(
-            self._settings(home, state), Tracker(rest_at(state.position), clock.now()), self.recorder
+            self._settings(home, state),
+            Tracker(rest_at(state.position), clock.now()),
+            self.recorder,
+            self.announce,
         )
         stream = SetpointStream(
             self.autopilot,
@@ -208,8 +230,10 @@ class _Flight:
         async with background_tasks() as spawn:
             spawn(stream.run())
             await self.autopilot.engage()
+            self.came(Event.GUIDE)
             spawn(_until_taken(self.autopilot))
             tracker, from_s = await begin(trajectory, stream)
+            self.came(Event.TRACK)
             errors = ErrorSum(
                 lambda time_s: trajectory.at(time_s - tracker.start_s).position, from_s, tracker.end_s
             )
@@ -218,6 +242,7 @@ class _Flight:
             unsubscribe()
             self.note("holding")
             await self.autopilot.hold()
+            self.came(Event.HOLD)
         return _Tracked(trajectory, tracker.start_s, errors.accuracy, control.clips)
 
     async def hand_back(self) -> None:
@@ -225,23 +250,34 @@ class _Flight:
         match self.plan.after:
             case After.LAND:
                 self.note("landing")
+                self.came(Event.LAND)
                 await self.autopilot.land()
+                self.came(Event.GROUND)
             case After.RETURN:
                 self.note("returning to where it took off")
+                self.came(Event.LAND)
                 await self.autopilot.return_home()
+                self.came(Event.GROUND)
 
     async def leave_in_a_hold(self) -> None:
         """Leave a vehicle that may be flying in a hold, if it still listens to us and ever did."""
         as_found = self.autopilot.mode == self.found_in and not self.autopilot.engaged
-        if as_found or self.autopilot.taken or not self.telemetry.status.armed:
+        if self.autopilot.taken:
+            self.came(Event.TAKE)
+            return
+        if not self.telemetry.status.armed:
+            self.came(Event.GROUND)
+        if as_found or not self.telemetry.status.armed:
             return
         self.note("telling the vehicle to hold")
         try:
             async with asyncio.timeout(_HAND_OVER_S):
                 await self.autopilot.hold()
             self.note("the vehicle holds")
+            self.came(Event.HOLD)
         except (ImpromptuError, TimeoutError) as error:
             self.note(f"could not be told to hold ({error}): without setpoints its own failsafe acts")
+            self.came(Event.LOSE if isinstance(error, LinkError) else Event.FAIL)
 
     async def _position_loop(self) -> PositionLoop:
         """The autopilot's own, or the usual one of its kind."""
@@ -266,10 +302,14 @@ class _Flight:
 
     async def _into_the_air(self) -> Vec3:
         """The vehicle's takeoff point (NED, m)."""
-        if not await is_flying(self.telemetry, self.note):
+        flies = await is_flying(self.telemetry, self.note)
+        self.came(Event.CONNECT)
+        if not flies:
             if self.plan.resume:
                 raise FlightError("the vehicle is on the ground, so there is nothing to resume: fly anew")
+            self.came(Event.TAKE_OFF)
             return await take_off(self.autopilot, self.telemetry, self.plan.takeoff_altitude_m, self.note)
+        self.came(Event.FIND_FLYING)
         self.found_in = self.autopilot.mode
         action = "resuming where it is" if self.plan.resume else "going to the start from there"
         self.note(f"already in the air, in {self.found_in}: {action}")
@@ -301,7 +341,7 @@ class _Flight:
         await clock.sleep_until(joining_tracker.end_s)
         tracker = self._tracker(trajectory, joining_tracker.end_s - joins_s)
         stream.follow(tracker)
-        return tracker, joining_tracker.end_s
+        return tracker, min(joining_tracker.end_s, tracker.end_s - _LEAST_MEASURED_S)
 
     def _tracker(self, trajectory: Trajectory, start_s: float) -> Tracker:
         return Tracker(trajectory, start_s, self.plan.law, self.plan.correction, self.plan.supervision)

@@ -18,7 +18,11 @@ CRASH_M_S = 2.0
 FLY_AWAY_M = 10.0
 """Farther than this from where it should be, a vehicle has flown away."""
 _TOUCHED_M = 0.01
-_ROUTINE = ("arming", "taking off", "going to", "settling", "tracking", "holding", "landing", "telling")
+_ROUTINE = (
+    *("arming", "taking off", "going to", "settling", "tracking", "holding", "landing", "telling"),
+    *("state: taking", "state: approaching", "state: tracking", "state: holding", "state: landing"),
+    "state: standby",
+)
 """How a companion begins what it says in any flight."""
 _ENDS = {
     Mode.HOLD: "hold",
