@@ -4,6 +4,7 @@ So a flight can be computed again from what it recorded: the same calls in the s
 """
 
 from collections import Counter
+from collections.abc import Callable
 from typing import TypeAlias
 
 import numpy as np
@@ -59,19 +60,27 @@ class Control:
         settings: what it is told.
         tracker: to be followed first.
         recorder: is told of everything.
+        announce: is told, in words, when learning does harm, and when it helps again.
 
     Attributes:
         clips: how often the guard changed what.
         newest: the newest state, in the tracked frame; None until there is one.
     """
 
-    def __init__(self, settings: ControlSettings, tracker: Tracker, recorder: Recorder) -> None:
+    def __init__(
+        self,
+        settings: ControlSettings,
+        tracker: Tracker,
+        recorder: Recorder,
+        announce: Callable[[str], None] = lambda text: None,
+    ) -> None:
         self.clips: Counter[Clip] = Counter()
         self.newest: VehicleState | None = None
         self._settings = settings
         self._home = np.array(settings.home)
         self._heading = settings.yaw_mode.heading(settings.yaw, settings.period_s)
         self._recorder = recorder
+        self._announce = announce
         self._tracker = tracker
         self._frame = ContinuousFrame()
 
@@ -119,6 +128,7 @@ class Control:
         self._recorder.step(now_s, step, guarded, sent, yaw)
         for remark in step.remarks:
             self._recorder.event(now_s, remark, "negative transfer")
+            self._announce(remark)
         self._count(now_s, guarded)
         return sent, yaw
 

@@ -17,7 +17,7 @@ from companion.trajectory.trajectory import Trajectory
 
 _FARTHEST_M = 0.1
 """So far a network may pull the vehicle off the plain reference, held by autopilot and correction."""
-_HEARD_M = 5e-4
+_HEARD_M = 2e-3
 """A network that would move the vehicle by less says the same as the plain reference."""
 
 

@@ -54,8 +54,8 @@ class Supervision:
         self._preview_s = settings.preview.longest_s
         self._predicted: deque[tuple[float, Vec3]] = deque()
         self.shares = Shares(self._learned.share, 1.0)
-        self._network_active = self.shares.network > 0.0
-        self._said = (self._learned.chosen, self._network_active, True)
+        self._network_was_harmful = False
+        self._said = (self._learned.chosen, self.shares.network > 0.0, True)
 
     def u1(
         self, plain: Reference, trajectory: Trajectory, time_s: float, state: VehicleState, loop: PositionLoop
@@ -92,7 +92,8 @@ class Supervision:
             said.append(f"following the network of {self._names[chosen]}")
         if active_was and not active:
             said.append("negative transfer: the network did harm and is faded out")
-        if active and not active_was and chosen == chosen_was:
+            self._network_was_harmful = True
+        if active and not active_was and self._network_was_harmful:
             said.append("the network helps again and is faded in")
         if believed_was and not believed:
             said.append("negative transfer: the online correction does harm and is faded out")

@@ -7,8 +7,8 @@ from companion.arrays import Array
 from companion.learning.negative_transfer import faded
 
 _LISTENING_S = 3.0
-"""Of motion, before the first is chosen: until then none is followed."""
-_BETTER = 1.5
+"""Of motion, before the first is chosen, and again before another is: until then none is followed."""
+_BETTER = 2.0
 _BETTER_M2 = 1e-6
 """By this factor, and by this much, another must lessen the mean square error more to take over."""
 
@@ -40,6 +40,7 @@ class Selection:
         best = int(gains.argmax())
         rival = 0.0 if self.chosen is None else max(float(gains[self.chosen]), 0.0)
         if self._heard_s >= _LISTENING_S and gains[best] > _BETTER * rival + _BETTER_M2:
+            self._heard_s = 0.0 if best != self.chosen else self._heard_s
             self.chosen = best
         target = np.zeros_like(self.weights)
         if self.chosen is not None:

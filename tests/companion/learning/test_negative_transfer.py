@@ -201,9 +201,9 @@ def test_of_several_the_best_is_followed_once_they_have_been_heard() -> None:
 def test_another_takes_over_only_when_it_is_clearly_better() -> None:
     selection = Selection(2)
     choose(selection, np.array((4e-4, 1e-4)), 4.0)
-    choose(selection, np.array((4e-4, 5e-4)), 4.0)
+    choose(selection, np.array((4e-4, 6e-4)), 4.0)
     assert selection.chosen == 0
-    choose(selection, np.array((4e-4, 8e-4)), 1.0)
+    choose(selection, np.array((4e-4, 9e-4)), 1.0)
     assert selection.chosen == 1
     np.testing.assert_allclose(selection.weights, (0.0, 1.0))
 
