@@ -12,6 +12,8 @@ from sitl.estimator_errors import EstimatorErrors, Level
 from sitl.quaternion import from_rotation_vector, multiply
 
 STEPS_PER_S = 1000
+CONTENT = 0.1
+"""A test ratio of an estimator that is content."""
 
 _Channels = Float[Array, "4"]
 _Errors = Float[Array, "4 3"]
@@ -32,6 +34,7 @@ class Estimator(NamedTuple):
         jump: how position and velocity jumped at the last reset (m, m/s).
         resets: how often there was one.
         offset, turn: what faults add to position and velocity (m, m/s) and to the heading (rad).
+        test_ratios: of velocity and heading, as an EKF tells them: from 1 on it refuses its sensors.
         position, velocity, attitude, rates: the estimate, NED, SI.
     """
 
@@ -48,6 +51,7 @@ class Estimator(NamedTuple):
     resets: Int[np.ndarray[tuple[int, ...], np.dtype[np.int64]], "1"]
     offset: Float[Array, "2 3"]
     turn: Float[Array, "1"]
+    test_ratios: Float[Array, "2"]
     position: Vec3
     velocity: Vec3
     attitude: Quaternion
@@ -92,6 +96,7 @@ def estimator(
         resets=np.zeros(1, dtype=np.int64),
         offset=np.zeros((2, 3)),
         turn=np.zeros(1),
+        test_ratios=np.full(2, CONTENT),
         position=np.zeros(3),
         velocity=np.zeros(3),
         attitude=np.zeros(4),

@@ -8,10 +8,13 @@ import numpy as np
 from jaxtyping import Float
 
 from sitl.arrays import Array, Vec3
-from sitl.estimator import Estimator, announce
+from sitl.estimator import CONTENT, Estimator, announce
 from sitl.faults import kinds
 from sitl.faults.schedule import Active, Change
 from sitl.plant import Plant
+
+_VELOCITY_GATE_M_S, _HEADING_GATE_RAD = 5.0 * 0.3, 2.6 * 0.3
+"""EKF2_GPS_V_GATE and EKF2_HDG_GATE times EKF2_GPS_V_NOISE and EKF2_HEAD_NOISE."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +77,8 @@ def disturb(plant: Plant, estimate: Estimator, now: Disturbance) -> None:
     plant.air.gust[:] = now.gust
     estimate.offset[0], estimate.offset[1] = now.position, now.velocity
     estimate.turn[0] = now.yaw
+    estimate.test_ratios[0] = CONTENT + float(now.velocity @ now.velocity) / _VELOCITY_GATE_M_S**2
+    estimate.test_ratios[1] = CONTENT + (now.yaw / _HEADING_GATE_RAD) ** 2
 
 
 def announce_jumps(estimate: Estimator, change: Change, before: Float[Array, "2 3"]) -> None:

@@ -65,4 +65,5 @@ def estimate_now(loops: Loops, estimator: Estimator, time_s: float) -> Estimate:
         attitude=estimator.attitude.copy(),
         rates=estimator.rates.copy(),
         resets=int(estimator.resets[0]),
+        test_ratios=(float(estimator.test_ratios[0]), float(estimator.test_ratios[1])),
     )

@@ -10,6 +10,7 @@ from typing import Protocol
 import numpy as np
 
 from sitl.arrays import Quaternion, Vec3
+from sitl.estimator import CONTENT
 from sitl.firmware.parameters import Parameters
 from sitl.firmware.pilot import Sticks
 from sitl.plan.plans import Plans
@@ -114,6 +115,7 @@ class Estimate:
         attitude: unit quaternion.
         rates: body rates p, q, r (rad/s).
         resets: how often position and velocity jumped.
+        test_ratios: of velocity and heading; from 1 on its sensors are refused.
     """
 
     time_s: float
@@ -123,6 +125,7 @@ class Estimate:
     attitude: Quaternion
     rates: Vec3
     resets: int = 0
+    test_ratios: tuple[float, float] = (CONTENT, CONTENT)
 
 
 @dataclass(frozen=True, slots=True)

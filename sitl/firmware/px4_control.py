@@ -78,6 +78,7 @@ class Control:
             attitude=e.attitude.copy(),
             rates=self.rates.copy(),
             resets=int(e.resets[0]),
+            test_ratios=(float(e.test_ratios[0]), float(e.test_ratios[1])),
         )
 
     @property

@@ -7,6 +7,7 @@ from pymavlink.dialects.v20 import common as mavlink
 from pymavlink.dialects.v20.ardupilotmega import MAVLink_ekf_status_report_message
 from pymavlink.dialects.v20.development import MAVLink_current_mode_message
 
+from sitl.estimator import CONTENT
 from sitl.mavlink.frames import Message
 from sitl.mavlink.telemetry import Report
 
@@ -30,8 +31,6 @@ _WITH_POSITION = (
     | mavlink.ESTIMATOR_PRED_POS_HORIZ_REL
     | mavlink.ESTIMATOR_PRED_POS_HORIZ_ABS
 )
-_GOOD = 0.1
-"""A test ratio, or variance, of an estimator that is content: 1 is where it begins to refuse."""
 
 
 def _flags(state: Report) -> int:
@@ -57,14 +56,15 @@ def vibration(state: Report) -> Message:
 
 def estimator_status(state: Report) -> Message:
     """ESTIMATOR_STATUS: which estimates may be trusted; PX4's."""
+    velocity_ratio, heading_ratio = state.firmware.estimate.test_ratios
     return mavlink.MAVLink_estimator_status_message(
         time_usec=state.time_us,
         flags=_flags(state),
-        vel_ratio=_GOOD,
-        pos_horiz_ratio=_GOOD,
-        pos_vert_ratio=_GOOD,
-        mag_ratio=_GOOD,
-        hagl_ratio=_GOOD,
+        vel_ratio=velocity_ratio,
+        pos_horiz_ratio=CONTENT,
+        pos_vert_ratio=CONTENT,
+        mag_ratio=heading_ratio,
+        hagl_ratio=CONTENT,
         tas_ratio=math.nan,
         pos_horiz_accuracy=0.3,
         pos_vert_accuracy=0.3,
@@ -73,12 +73,13 @@ def estimator_status(state: Report) -> Message:
 
 def ekf_status_report(state: Report) -> Message:
     """EKF_STATUS_REPORT: the same for ArduPilot, whose flags have the same bits."""
+    velocity_ratio, heading_ratio = state.firmware.estimate.test_ratios
     message = MAVLink_ekf_status_report_message(
         flags=_flags(state),
-        velocity_variance=_GOOD,
-        pos_horiz_variance=_GOOD,
-        pos_vert_variance=_GOOD,
-        compass_variance=_GOOD,
+        velocity_variance=velocity_ratio,
+        pos_horiz_variance=CONTENT,
+        pos_vert_variance=CONTENT,
+        compass_variance=heading_ratio,
         terrain_alt_variance=0.0,
     )
     return cast(Message, message)  # pymavlink gives each dialect a base class of its own

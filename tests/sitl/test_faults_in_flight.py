@@ -108,6 +108,8 @@ def test_a_compass_error_turns_the_world_and_not_the_tilt() -> None:
     before = yaw_of(sim.firmware.estimate.attitude)
     with_fault("compass_error:error_deg=30", 0.01, sim)
     assert yaw_of(sim.firmware.estimate.attitude) - before == pytest.approx(math.radians(30.0), abs=0.01)
+    assert sim.firmware.estimate.test_ratios[0] == pytest.approx(0.1)
+    assert 0.5 < sim.firmware.estimate.test_ratios[1] < 1.0
 
 
 def test_px4_without_satellites_reckons_on_and_then_descends_level() -> None:
