@@ -46,10 +46,10 @@ _SETTLED_WITHIN_S = 7.0
 """If it does not get there, the flight begins all the same: its error is part of what is measured."""
 _LEAD_S = 0.5
 """From settled to the first instant of the trajectory, in which previews begin to see it."""
-_LEAST_MEASURED_S = 0.5
-"""Of a trajectory that is joined at its very end, too."""
 _LAST_TELEMETRY_S = 0.5
 """After the last instant, until the states of that instant have arrived."""
+_LEAST_MEASURED_S = 0.5 * _LAST_TELEMETRY_S
+"""Of a trajectory that is joined at its very end, too."""
 
 
 class After(StrEnum):
@@ -235,7 +235,9 @@ class _Flight:
             tracker, from_s = await begin(trajectory, stream)
             self.came(Event.TRACK)
             errors = ErrorSum(
-                lambda time_s: trajectory.at(time_s - tracker.start_s).position, from_s, tracker.end_s
+                lambda time_s: trajectory.at(time_s - tracker.start_s).position,
+                from_s,
+                max(tracker.end_s, from_s + _LEAST_MEASURED_S),
             )
             unsubscribe = self.telemetry.subscribe(lambda state: errors.add(state.time_s, state.position))
             await self._track(tracker)
@@ -341,7 +343,7 @@ class _Flight:
         await clock.sleep_until(joining_tracker.end_s)
         tracker = self._tracker(trajectory, joining_tracker.end_s - joins_s)
         stream.follow(tracker)
-        return tracker, min(joining_tracker.end_s, tracker.end_s - _LEAST_MEASURED_S)
+        return tracker, joining_tracker.end_s
 
     def _tracker(self, trajectory: Trajectory, start_s: float) -> Tracker:
         return Tracker(trajectory, start_s, self.plan.law, self.plan.correction, self.plan.supervision)
