@@ -131,20 +131,21 @@ def test_what_was_flown_before_a_stop_is_not_flown_again(
     line: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     arguments = ["--vehicles", "ardrone2", "bebop2", "--conditions", "ideal", "--trajectories", str(line)]
-    whole, stopped = tmp_path / "whole.json", tmp_path / "stopped.json"
-    bench(*arguments, "--json", whole)
+    file, kept = tmp_path / "stopped.json", tmp_path / "stopped.json.flown"
     with monkeypatch.context() as patch:
         patch.setattr(bench_transfer, "Journal", Interrupted)
         with pytest.raises(SystemExit):
-            bench(*arguments, "--json", stopped)
-    assert not stopped.exists()
+            bench(*arguments, "--json", file)
+    assert not file.exists()
+    before = [json.loads(line)["rms_m"] for line in kept.read_text().splitlines()[1:]]
     with pytest.raises(InputError, match="other settings"):
-        bench(*arguments, "--seed", "1", "--json", stopped)
-    assert "4 of 6 flights" in bench(*arguments, "--json", stopped)
-    assert stopped.read_bytes() == whole.read_bytes()
-    assert not (tmp_path / "stopped.json.flown").exists()
-    told = json.loads(whole.read_text())
+        bench(*arguments, "--seed", "1", "--json", file)
+    assert "4 of 6 flights" in bench(*arguments, "--json", file)
+    assert not kept.exists()
+    told = json.loads(file.read_text())
     assert set(told) == {"rows", "summary", "by_conditions", "settings", "notes", "software"}
+    assert [row["rms_m"] for row in told["rows"][:4]] == before
+    assert [row["source"] for row in told["rows"]] == [None, None, "bebop2", None, None, "ardrone2"]
     assert set(told["summary"]) == {"mean_reduction", "worst_ratio", "flights", "worse_than_baseline"}
     assert told["summary"]["flights"] == 2
 
