@@ -14,8 +14,9 @@ from rich.console import Console
 from companion.cli import options
 from companion.cli.flying import Placed, Request, conduct, provenance, show, vehicle_name
 from companion.errors import InputError
+from companion.flight.fence import Fence
 from companion.flight.flight import FlightPlan
-from companion.flight.guard import Fence, GuardLimits
+from companion.flight.guard import GuardLimits
 from companion.flight.strategies import Strategy, reference_law
 from companion.flight.technique import Technique
 from companion.link import parse_address

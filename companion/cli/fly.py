@@ -16,8 +16,9 @@ from companion.cli.flying import Course, Flown, Placed, Request, conduct, proven
 from companion.cli.recorded import usual_path
 from companion.cli.result_file import write_result
 from companion.errors import GapError, InputError, TakenError
+from companion.flight.fence import Fence
 from companion.flight.flight import After, FlightOutcome, FlightPlan
-from companion.flight.guard import Fence, GuardLimits
+from companion.flight.guard import GuardLimits
 from companion.flight.heading import YawMode
 from companion.flight.online_correction import OnlineCorrection
 from companion.flight.strategies import ReferenceLaw, Strategy, reference_law

@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from companion.errors import NoReplyError
+from companion.flight.fence import Fence
 from companion.flight.flight import After, FlightPlan
-from companion.flight.guard import Fence, GuardLimits
+from companion.flight.guard import GuardLimits
 from companion.flight.takeoff import Announce
 from companion.link.connection import Connection
 from companion.link.telemetry import Telemetry

@@ -13,7 +13,8 @@ from pydantic import BaseModel, ConfigDict
 from companion.autopilot.position_loop import PositionLoop
 from companion.errors import TrackingError
 from companion.flight.continuous_frame import ContinuousFrame
-from companion.flight.guard import Clip, Guarded, GuardLimits, guard
+from companion.flight.fence import Areas
+from companion.flight.guard import NO_AREAS, Before, Clip, Guarded, GuardLimits, guard
 from companion.flight.heading import YawMode, yaw_jump
 from companion.flight.recorder import Recorder
 from companion.flight.reference import Reference
@@ -32,6 +33,7 @@ class ControlSettings(BaseModel):
         yaw_mode: and afterwards.
         period_s: between two setpoints (s).
         limits: of the guard.
+        vehicle_fence: the vehicle's own, from the takeoff point.
         stiffness_1_s2, damping_1_s: the autopilot's own loop (`PositionLoop`), where a correction asked.
     """
 
@@ -42,6 +44,7 @@ class ControlSettings(BaseModel):
     yaw_mode: YawMode
     period_s: float
     limits: GuardLimits
+    vehicle_fence: Areas = NO_AREAS
     stiffness_1_s2: Triple | None = None
     damping_1_s: Triple | None = None
 
@@ -83,6 +86,7 @@ class Control:
         self._announce = announce
         self._tracker = tracker
         self._frame = ContinuousFrame()
+        self._before: Before | None = None
 
     def begin(self, time_s: float, newest: VehicleState | None) -> None:
         """Begin at `time_s` (companion clock, s), the newest state being `newest`."""
@@ -121,7 +125,15 @@ class Control:
         step = self._tracker.step(state)
         self._require_near(state, step)
         home = self._home - self._frame.offset_at(now_s)
-        guarded = guard(step.u1, step.u2, step.plain, state=state, home=home, limits=self._settings.limits)
+        guarded = guard(
+            *(step.u1, step.u2, step.plain),
+            state=state,
+            home=home,
+            limits=self._settings.limits,
+            vehicle_fence=self._settings.vehicle_fence,
+            before=self._before,
+        )
+        self._before = Before(now_s, guarded.reference)
         self._tracker.sent(guarded.reference, state)
         sent = self._frame.sent(guarded.reference, now_s)
         yaw = self._heading(step.desired.velocity)

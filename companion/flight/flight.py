@@ -14,7 +14,8 @@ from companion.autopilot.position_loop import PositionLoop
 from companion.errors import FlightError, GapError, ImpromptuError, LinkError, NoReplyError, TakenError
 from companion.flight.approach import joining, rest_at, rest_to_rest
 from companion.flight.control import Control, ControlSettings
-from companion.flight.guard import Clip, GuardLimits
+from companion.flight.fence import Areas
+from companion.flight.guard import NO_AREAS, Clip, GuardLimits
 from companion.flight.heading import YawMode
 from companion.flight.online_correction import OnlineCorrection
 from companion.flight.recorder import FlightRecorder, Recorder
@@ -71,6 +72,7 @@ class FlightPlan:
         supervision: how much of it and of a network is flown, or None: all.
         period_s: between two setpoints (s).
         limits: of the guard.
+        vehicle_fence: the vehicle's own, relative to the takeoff point.
         settle_s: least time at rest at the start, the strategy already active (s).
         takeoff_altitude_m: where a vehicle on the ground is first sent, above its takeoff point (m).
         after: how the vehicle is handed back.
@@ -84,6 +86,7 @@ class FlightPlan:
     supervision: Supervision | None = None
     period_s: float = 0.02
     limits: GuardLimits = field(default_factory=GuardLimits)
+    vehicle_fence: Areas = NO_AREAS
     settle_s: float = 3.0
     takeoff_altitude_m: float = 2.5
     after: After = After.HOLD
@@ -298,6 +301,7 @@ class _Flight:
             yaw_mode=self.plan.yaw,
             period_s=self.plan.period_s,
             limits=self.plan.limits,
+            vehicle_fence=self.plan.vehicle_fence,
             stiffness_1_s2=None if loop is None else loop.stiffness_1_s2.tolist(),
             damping_1_s=None if loop is None else loop.damping_1_s.tolist(),
         )

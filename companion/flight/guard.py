@@ -8,86 +8,28 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, PositiveFloat, model_validator
+from pydantic import BaseModel, ConfigDict, Field, PositiveFloat
 
-from companion.arrays import Vec3, Vec3s
-from companion.errors import InputError
+from companion.arrays import Vec3
+from companion.flight.fence import Areas, Fence, keep_inside
 from companion.flight.reference import Correction, Reference
 from companion.state import VehicleState
-from companion.trajectory.trajectory import Trajectory
 
-MARGIN_M = 5.0
-"""A fence around a path leaves it this much room: more than the tracking error that ends a flight."""
-_LOOK_EVERY_S = 0.02
-_ROUNDING_M = 1e-6
+NO_AREAS = Areas()
+_LONGEST_STEP_S = 0.2
+"""Between two setpoints that are farther apart, no more may change than in this time."""
 
 
 class Clip(StrEnum):
     """What the guard changed in a reference."""
 
     CORRECTION = "correction limited"
+    SPEED = "speed limited"
+    ACCELERATION = "acceleration limited"
+    JERK = "jerk limited"
     DISTANCE = "setpoint kept near the vehicle"
     FENCE = "setpoint kept inside the fence"
     NOT_FINITE = "not finite: baseline sent"
-
-
-class Fence(BaseModel):
-    """A box around the takeoff point that no setpoint leaves; north, east and altitude in metres."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    north_m: tuple[FiniteFloat, FiniteFloat] = (-50.0, 50.0)
-    east_m: tuple[FiniteFloat, FiniteFloat] = (-50.0, 50.0)
-    altitude_m: tuple[FiniteFloat, FiniteFloat] = (0.5, 50.0)
-    """Floor and ceiling above the takeoff point."""
-
-    @model_validator(mode="after")
-    def _low_before_high(self) -> "Fence":
-        for name in ("north_m", "east_m", "altitude_m"):
-            low, high = getattr(self, name)
-            if low >= high:
-                raise ValueError(f"{name}: the first number must be below the second, got {low}, {high}")
-        return self
-
-    @classmethod
-    def around(cls, positions: Vec3s) -> "Fence":
-        """The box `MARGIN_M` beyond these positions (NED from takeoff, m); its floor is the usual one."""
-        usual = cls()
-        (north, east, _), (north_most, east_most, _) = positions.min(axis=0), positions.max(axis=0)
-        highest_m = max(usual.altitude_m[0], -float(positions[:, 2].min()))
-        return cls(
-            north_m=(north - MARGIN_M, north_most + MARGIN_M),
-            east_m=(east - MARGIN_M, east_most + MARGIN_M),
-            altitude_m=(usual.altitude_m[0], highest_m + MARGIN_M),
-        )
-
-    def __str__(self) -> str:
-        """The box in words."""
-        sides = zip(("north", "east", "altitude"), (self.north_m, self.east_m, self.altitude_m), strict=True)
-        return ", ".join(f"{name} {low:.1f} to {high:.1f} m" for name, (low, high) in sides)
-
-    def corners(self) -> tuple[Vec3, Vec3]:
-        """Least and greatest NED position relative to the takeoff point (m)."""
-        low = np.array([self.north_m[0], self.east_m[0], -self.altitude_m[1]])
-        high = np.array([self.north_m[1], self.east_m[1], -self.altitude_m[0]])
-        return low, high
-
-    def require_inside(self, trajectory: Trajectory) -> None:
-        """Refuse a trajectory, NED relative to the takeoff point, that the fence would cut.
-
-        Raises:
-            InputError: it leaves the fence; names where, and by how much.
-        """
-        positions = trajectory.sample(np.arange(0.0, trajectory.duration_s, _LOOK_EVERY_S)).position
-        low, high = self.corners()
-        beyond = np.maximum(low - positions.min(axis=0), positions.max(axis=0) - high)
-        if (beyond > _ROUNDING_M).any():
-            axis = int(beyond.argmax())
-            name = ("north_m", "east_m", "altitude_m")[axis]
-            raise InputError(
-                f"{trajectory.name} leaves the fence by {beyond[axis]:.2f} m ({name} "
-                f"{list(getattr(self, name))}): move it, make it smaller, or widen the fence (--guard FILE)"
-            )
 
 
 class GuardLimits(BaseModel):
@@ -97,6 +39,16 @@ class GuardLimits(BaseModel):
 
     correction_m: PositiveFloat = 1.0
     """|u2|: the online correction is scaled down to this length."""
+    correction_m_s: PositiveFloat = 10.0
+    """The same of its velocity."""
+    speed_m_s: PositiveFloat = 20.0
+    """Of the velocity setpoint."""
+    acceleration_m_s2: PositiveFloat = 20.0
+    """Of the acceleration setpoint."""
+    velocity_change_m_s2: PositiveFloat = 400.0
+    """How fast the velocity setpoint may change: by 8 m/s at 50 Hz. Corrections change it in steps."""
+    jerk_m_s3: PositiveFloat = 500.0
+    """How fast the acceleration setpoint may change."""
     setpoint_distance_m: PositiveFloat = 2.0
     """From the vehicle to the position setpoint."""
     tracking_error_m: PositiveFloat = 3.0
@@ -123,6 +75,14 @@ def limit_length(vector: Vec3, length: float) -> Vec3:
     return vector if norm <= length else vector * (length / norm)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Before:
+    """The setpoint before: `reference` was sent at `time_s` (companion clock, s)."""
+
+    time_s: float
+    reference: Reference
+
+
 def guard(
     u1: Reference,
     u2: Correction,
@@ -131,6 +91,8 @@ def guard(
     state: VehicleState,
     home: Vec3,
     limits: GuardLimits,
+    vehicle_fence: Areas = NO_AREAS,
+    before: Before | None = None,
 ) -> Guarded:
     """What may be sent in place of u1 + u2.
 
@@ -138,9 +100,11 @@ def guard(
         u1: the reference before the online correction.
         u2: the online correction.
         plain: the baseline's reference, sent when the strategy's is not finite.
-        state: where the vehicle is.
+        state: where the vehicle is, at the instant of this setpoint.
         home: the takeoff point, NED (m): the fence is around it.
         limits: how far a reference may go.
+        vehicle_fence: the vehicle's own.
+        before: the setpoint before, from which this one may not differ too much.
     """
     clips: list[Clip] = []
     with np.errstate(over="ignore", invalid="ignore"):
@@ -148,17 +112,58 @@ def guard(
     if not finite:
         u1, u2 = plain, Correction()
         clips.append(Clip.NOT_FINITE)
-    limited = Correction(limit_length(u2.position, limits.correction_m), u2.velocity)
-    if limited.position is not u2.position:
+    limited = Correction(
+        limit_length(u2.position, limits.correction_m), limit_length(u2.velocity, limits.correction_m_s)
+    )
+    if limited.position is not u2.position or limited.velocity is not u2.velocity:
         clips.append(Clip.CORRECTION)
     wanted = u1.corrected(limited)
-    offset = wanted.position - state.position
-    near = limit_length(offset, limits.setpoint_distance_m)
-    position = wanted.position if near is offset else state.position + near
-    if near is not offset:
-        clips.append(Clip.DISTANCE)
-    low, high = limits.fence.corners()
-    inside = np.clip(position, home + low, home + high)
+    moved = _within_motion_limits(wanted, limits, before, state.time_s, clips)
+    position = _within_reach(wanted.position, state.position, limits.setpoint_distance_m, clips)
+    last = state.position if before is None else before.reference.position
+    inside = keep_inside(position, home, limits.fence, vehicle_fence, last)
     if not np.array_equal(inside, position):
         clips.append(Clip.FENCE)
-    return Guarded(Reference(inside, wanted.velocity, wanted.acceleration), limited, tuple(clips))
+    return Guarded(Reference(inside, moved.velocity, moved.acceleration), limited, tuple(clips))
+
+
+def _within_motion_limits(
+    wanted: Reference, limits: GuardLimits, before: Before | None, time_s: float, clips: list[Clip]
+) -> Reference:
+    """Velocity and acceleration within their limits, and within reach of those before."""
+    velocity = limit_length(wanted.velocity, limits.speed_m_s)
+    if velocity is not wanted.velocity:
+        clips.append(Clip.SPEED)
+    still = np.zeros(3)
+    asked = still if wanted.acceleration is None else wanted.acceleration
+    acceleration = limit_length(asked, limits.acceleration_m_s2)
+    clipped = acceleration is not asked
+    jerked = acceleration
+    if before is not None:
+        step_s = min(max(time_s - before.time_s, 0.0), _LONGEST_STEP_S)
+        was = before.reference
+        slower = _near(velocity, was.velocity, limits.velocity_change_m_s2 * step_s)
+        clipped = clipped or slower is not velocity
+        velocity = slower
+        last = still if was.acceleration is None else was.acceleration
+        jerked = _near(acceleration, last, limits.jerk_m_s3 * step_s)
+    if clipped:
+        clips.append(Clip.ACCELERATION)
+    if jerked is not acceleration:
+        clips.append(Clip.JERK)
+    is_sent = wanted.acceleration is not None or jerked is not acceleration
+    return Reference(wanted.position, velocity, jerked if is_sent else None)
+
+
+def _within_reach(position: Vec3, of: Vec3, distance_m: float, clips: list[Clip]) -> Vec3:
+    reached = _near(position, of, distance_m)
+    if reached is not position:
+        clips.append(Clip.DISTANCE)
+    return reached
+
+
+def _near(vector: Vec3, other: Vec3, distance: float) -> Vec3:
+    """The vector, or what lies that far from the other on the way to it."""
+    offset = vector - other
+    near = limit_length(offset, distance)
+    return vector if near is offset else other + near

@@ -13,9 +13,11 @@ from companion.experiments.faults.catalogue import Failure
 from companion.experiments.faults.sabotage import Sabotage, Saboteur, hold_up, sabotaged
 from companion.experiments.faults.watch import Watch
 from companion.experiments.simulated_flights import Scenario
+from companion.flight.fence import Fence
 from companion.flight.flight import After, FlightPlan, fly
-from companion.flight.guard import Fence, GuardLimits
+from companion.flight.guard import GuardLimits
 from companion.flight.recorder import FlightRecorder
+from companion.learning.inverse_network import InverseNetwork
 from companion.link import connect, start_telemetry
 from companion.link.address import Simulated
 from companion.link.connection import Connection
@@ -141,7 +143,7 @@ class _Run:
 
     def _plan(self) -> FlightPlan:
         scenario = self.flight.scenario
-        if scenario.network is not None:
+        if isinstance(scenario.network, InverseNetwork):
             scenario = replace(scenario, network=sabotaged(scenario.network, self.saboteur))
         times_s = np.arange(0.0, scenario.trajectory.duration_s, _SAMPLE_EVERY_S)
         self.fence = Fence.around(scenario.trajectory.sample(times_s).position)

@@ -14,7 +14,7 @@ from companion.experiments.faults.table import figures, lines, markdown
 from companion.experiments.faults.verdict import FaultRow, judge
 from companion.experiments.simulated_flights import Scenario
 from companion.flight.approach import rest_to_rest
-from companion.flight.guard import Fence
+from companion.flight.fence import Fence
 from companion.flight.strategies import Strategy
 from sitl.firmware.interface import Mode
 from sitl.vehicle import load_vehicle

@@ -1,6 +1,7 @@
 """Whatever a strategy wants, what leaves the guard is finite, near the vehicle and inside the fence."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +11,8 @@ from hypothesis.extra.numpy import arrays
 from pydantic import ValidationError
 
 from companion.arrays import Vec3, Vec3s
-from companion.flight.guard import MARGIN_M, Clip, Fence, GuardLimits, guard
+from companion.flight.fence import MARGIN_M, Fence
+from companion.flight.guard import Before, Clip, GuardLimits, guard
 from companion.flight.reference import Correction, Reference
 from companion.state import VehicleState
 
@@ -82,3 +84,73 @@ def test_a_fence_around_places_holds_them_but_for_the_floor(places: Vec3s) -> No
     assert (high[:2] - places[:, :2] >= MARGIN_M - 1e-9).all()
     assert (places[:, 2] - low[2] >= MARGIN_M - 1e-9).all()
     assert high[2] == Fence().corners()[1][2]
+
+
+MOTION = GuardLimits(
+    speed_m_s=5.0, acceleration_m_s2=6.0, velocity_change_m_s2=20.0, jerk_m_s3=40.0, correction_m_s=2.0
+)
+STEP_S = 0.02
+
+
+@given(st.lists(st.tuples(ANYTHING, ANYTHING, ANYTHING), min_size=1, max_size=10))
+def test_no_setpoint_moves_or_changes_faster_than_its_limits(wanted: list[tuple[Vec3, Vec3, Vec3]]) -> None:
+    where, before = HOME + np.array([0.0, 0.0, -5.0]), None
+    still = np.zeros(3)
+    for step, (velocity, acceleration, correction) in enumerate(wanted):
+        time_s = step * STEP_S
+        guarded = guard(
+            Reference(where, velocity, acceleration),
+            Correction(velocity=correction),
+            Reference(where, still),
+            state=replace(_state(where), time_s=time_s),
+            home=HOME,
+            limits=MOTION,
+            before=before,
+        )
+        sent = guarded.reference
+        now = still if sent.acceleration is None else sent.acceleration
+        assert math.hypot(*guarded.correction.velocity) <= 2.0 + 1e-9
+        assert math.hypot(*sent.velocity) <= 5.0 + 1e-9
+        assert math.hypot(*now) <= 6.0 + 1e-9
+        if before is not None:
+            was = still if before.reference.acceleration is None else before.reference.acceleration
+            assert math.hypot(*(sent.velocity - before.reference.velocity)) <= 20.0 * STEP_S + 1e-9
+            assert math.hypot(*(now - was)) <= 40.0 * STEP_S + 1e-9
+        before = Before(time_s, sent)
+
+
+@pytest.mark.parametrize(
+    ("velocity", "acceleration", "clips"),
+    [
+        (6.0, 0.0, (Clip.SPEED,)),
+        (0.0, 7.0, (Clip.ACCELERATION, Clip.JERK)),
+        (1.0, 0.0, (Clip.ACCELERATION,)),
+        (0.3, 1.0, (Clip.JERK,)),
+        (0.3, 0.7, ()),
+    ],
+)
+def test_each_limit_of_motion_is_named(velocity: float, acceleration: float, clips: tuple[Clip, ...]) -> None:
+    where, north = HOME + np.array([0.0, 0.0, -5.0]), np.array([1.0, 0.0, 0.0])
+    still = Reference(where, north * (4.8 if Clip.SPEED in clips else 0.0))
+    guarded = guard(
+        Reference(where, velocity * north, acceleration * north),
+        *(Correction(), still),
+        state=replace(_state(where), time_s=STEP_S),
+        home=HOME,
+        limits=MOTION,
+        before=Before(0.0, still),
+    )
+    assert guarded.clips == clips
+
+
+def test_a_reference_without_acceleration_stays_without() -> None:
+    where = HOME + np.array([0.0, 0.0, -5.0])
+    reference = Reference(where, np.zeros(3))
+    guarded = guard(
+        *(reference, Correction(), reference),
+        state=_state(where),
+        home=HOME,
+        limits=MOTION,
+        before=Before(0.0, reference),
+    )
+    assert guarded.reference.acceleration is None
