@@ -6,18 +6,17 @@ from pathlib import Path
 
 import numpy as np
 
-from companion.errors import NoReplyError
 from companion.flight.fence import Fence
 from companion.flight.flight import After, FlightPlan
 from companion.flight.guard import GuardLimits
 from companion.flight.takeoff import Announce
 from companion.link.connection import Connection
 from companion.link.telemetry import Telemetry
-from companion.mission.boundaries import require_inside_box, require_inside_fence, require_near
+from companion.mission.boundaries import areas_of, require_inside_areas, require_inside_box, require_near
 from companion.mission.items import Plan
 from companion.mission.path import TrackedPath, tracked_path
 from companion.mission.site import Site, planned_site, vehicle_site
-from companion.mission.transfer import download_fence
+from companion.mission.vehicle_fence import vehicle_fence
 from companion.trajectory import Limits, Trajectory
 from companion.trajectory.summary import summarise
 from companion.trajectory.waypoints import trajectory_through
@@ -60,17 +59,14 @@ class Planned:
         """The flight from where the vehicle is; InputError where a fence or a limit forbids it."""
         site = await vehicle_site(connection, telemetry)
         laid = self._laid(site, limits)
-        try:
-            fence = await download_fence(connection)
-        except NoReplyError:
-            announce("the vehicle tells no fence: only the plan's and the guard's are kept to")
-        else:
-            require_inside_fence(laid.path, laid.trajectory, fence, site, "vehicle")
+        areas = await vehicle_fence(connection, telemetry, announce)
+        require_inside_areas(laid.path, laid.trajectory, areas, "vehicle")
         for line in laid.lines(limits):
             announce(line)
         return self.make(
             laid.trajectory,
             limits=laid.guard,
+            vehicle_fence=areas,
             takeoff_altitude_m=laid.path.takeoff_altitude_m,
             after=self.after or After[laid.path.ending.name],
         )
@@ -84,7 +80,7 @@ class Planned:
         require_near(path, site.start(0.0), guard.max_distance_m)
         require_inside_box(path, *guard.fence.corners())
         trajectory = trajectory_through(self.name, path.waypoints, limits)
-        require_inside_fence(path, trajectory, self.plan.fence, site, "plan")
+        require_inside_areas(path, trajectory, areas_of(self.plan.fence, site), "plan")
         return _Laid(path, trajectory, guard)
 
 

@@ -25,6 +25,7 @@ from companion.link.connection import Connection
 from companion.link.dialect import mavlink
 from companion.link.signing import SigningKey
 from companion.link.telemetry import Telemetry
+from companion.mission.vehicle_fence import vehicle_fence
 from companion.recording import Provenance
 from companion.recording.topics import TECHNIQUE, VERSIONS
 from companion.trajectory import Limits, Trajectory, summarise
@@ -83,6 +84,8 @@ class Placed:
     ) -> FlightPlan:
         """The plan with the trajectory within `limits`; says where that takes longer."""
         trajectory = self.trajectory_within(limits)
+        areas = await vehicle_fence(connection, telemetry, announce)
+        areas.require_inside(trajectory, "the vehicle's fence")
         usual_s = self.plan.trajectory.duration_s
         if trajectory.duration_s > usual_s:
             asked = stretches(peaks_of(self.plan.trajectory), limits.peaks(usual_speed_m_s=math.inf))
@@ -93,7 +96,7 @@ class Placed:
             )
         for line in summarise(trajectory, limits).lines():
             announce(line)
-        return replace(self.plan, trajectory=trajectory)
+        return replace(self.plan, trajectory=trajectory, vehicle_fence=areas)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,10 +1,10 @@
 """How far a plan may lead: near the vehicle, inside the guard's box, the plan's and the vehicle's fences."""
 
 import numpy as np
-from jaxtyping import Float
 
-from companion.arrays import Array, Vec3
+from companion.arrays import Vec3
 from companion.errors import InputError
+from companion.flight.fence import Areas, Circle, Polygon
 from companion.mission.items import Fence
 from companion.mission.path import TrackedPath
 from companion.mission.site import Site
@@ -49,23 +49,20 @@ def require_inside_box(path: TrackedPath, lowest: Vec3, highest: Vec3) -> None:
         )
 
 
-def require_inside_fence(
-    path: TrackedPath, trajectory: Trajectory, fence: Fence, site: Site, whose: str
-) -> None:
-    """Refuse a trajectory that leaves every inclusion area of `fence`, or enters an exclusion area.
+def require_inside_areas(path: TrackedPath, trajectory: Trajectory, areas: Areas, whose: str) -> None:
+    """Refuse a trajectory that leaves every area to stay in, or enters one to keep out of.
 
     Args:
         path: its waypoints, which the message names.
         trajectory: NED from the takeoff point (m).
-        fence: where the vehicle may be.
-        site: where the takeoff point is.
+        areas: of a fence.
         whose: fence it is, for the message: "plan" or "vehicle".
 
     Raises:
         InputError: it leaves the fence; names the nearest waypoint, and says how far.
     """
     positions = trajectory.sample(np.arange(0.0, trajectory.duration_s, _LOOK_EVERY_S)).position
-    beyond_m = beyond_fence_m(positions[:, :2], fence, site)
+    beyond_m = np.array([areas.beyond_m(position[:2]) for position in positions])
     worst = int(beyond_m.argmax())
     if beyond_m[worst] > _ROUNDING_M:
         distances_m = [np.linalg.norm(waypoint.position - positions[worst]) for waypoint in path.waypoints]
@@ -75,38 +72,23 @@ def require_inside_fence(
         )
 
 
-def beyond_fence_m(points: Float[Array, "n 2"], fence: Fence, site: Site) -> Float[Array, " n"]:
-    """How far each point (north, east from takeoff, m) is where the vehicle must not be; negative elsewhere.
+def areas_of(fence: Fence, site: Site) -> Areas:
+    """The areas of `fence` in metres north and east of the takeoff point."""
 
-    Inside one inclusion area is enough, as PX4 has it.
-    """
-    areas: list[tuple[bool, Float[Array, " n"]]] = []
-    for polygon in fence.polygons:
-        corners = np.array([site.horizontal(*vertex) for vertex in polygon.vertices])
-        areas.append((polygon.inclusion, _outside_polygon_m(points, corners)))
+    def metres(latitude_deg: float, longitude_deg: float) -> tuple[float, float]:
+        north, east = site.horizontal(latitude_deg, longitude_deg).tolist()
+        return north, east
+
+    circles = []
     for circle in fence.circles:
-        offsets = points - site.horizontal(circle.latitude_deg, circle.longitude_deg)
-        areas.append((circle.inclusion, np.linalg.norm(offsets, axis=1) - circle.radius_m))
-    beyond_m = [
-        np.full(len(points), -np.inf),
-        *(-outside_m for inclusion, outside_m in areas if not inclusion),
+        north_m, east_m = metres(circle.latitude_deg, circle.longitude_deg)
+        circles.append(
+            Circle(radius_m=circle.radius_m, north_m=north_m, east_m=east_m, keep_out=not circle.inclusion)
+        )
+    polygons = [
+        Polygon(
+            corners_m=tuple(metres(*vertex) for vertex in polygon.vertices), keep_out=not polygon.inclusion
+        )
+        for polygon in fence.polygons
     ]
-    included = [outside_m for inclusion, outside_m in areas if inclusion]
-    if included:
-        beyond_m.append(np.min(included, axis=0))
-    return np.asarray(np.max(beyond_m, axis=0))
-
-
-def _outside_polygon_m(points: Float[Array, "n 2"], corners: Float[Array, "m 2"]) -> Float[Array, " n"]:
-    """How far each point is outside of a polygon; negative inside. By the even-odd rule."""
-    inside = np.zeros(len(points), dtype=bool)
-    nearest_m = np.full(len(points), np.inf)
-    for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-        along = end - start
-        share = np.clip((points - start) @ along / max(float(along @ along), 1e-12), 0.0, 1.0)
-        nearest_m = np.minimum(nearest_m, np.linalg.norm(points - start - share[:, None] * along, axis=1))
-        crosses = (start[0] > points[:, 0]) != (end[0] > points[:, 0])
-        if along[0]:
-            east = start[1] + (points[:, 0] - start[0]) / along[0] * along[1]
-            inside ^= crosses & (points[:, 1] < east)
-    return np.where(inside, -nearest_m, nearest_m)
+    return Areas(circles=tuple(circles), polygons=tuple(polygons))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from companion.link.dialect import mavlink
-from companion.mission.boundaries import beyond_fence_m
+from companion.mission.boundaries import areas_of
 from companion.mission.commands import FLOWN_TO
 from companion.mission.items import Fence, Frame, MissionItem, Plan
 from companion.mission.site import Site
@@ -44,7 +44,7 @@ def check_places(plan: Plan, site: Site, fence: Fence, whose: str, max_distance_
         whose: fence that is, for the messages: "plan" or "vehicle".
         max_distance_m: no place may be farther from takeoff (m).
     """
-    faults = []
+    faults, areas = [], areas_of(fence, site)
     for index, item in enumerate(plan.mission):
         if item.command not in FLOWN_TO or item.coordinates is None:
             continue
@@ -54,7 +54,7 @@ def check_places(plan: Plan, site: Site, fence: Fence, whose: str, max_distance_
             faults.append(
                 f"item {index}: {item.name} is {away_m:.0f} m from takeoff, more than {max_distance_m:g} m"
             )
-        beyond_m = float(beyond_fence_m(offset[None, :], fence, site)[0])
+        beyond_m = areas.beyond_m(offset)
         if beyond_m > 0.0:
             faults.append(f"item {index}: {item.name} is {beyond_m:.1f} m beyond the {whose}'s fence")
     return Findings(tuple(faults))

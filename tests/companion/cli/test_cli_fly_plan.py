@@ -1,6 +1,7 @@
 """`companion fly` on mission plans: from the file to the flown path, on the simulated vehicles."""
 
 import json
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,7 +11,9 @@ from command_line import Run
 
 from companion import clock
 from companion.cli.fly_plan import Planned
+from companion.cli.flying import Placed
 from companion.errors import InputError
+from companion.flight.approach import rest_to_rest
 from companion.flight.flight import FlightPlan
 from companion.flight.guard import GuardLimits
 from companion.geodesy import PX4_EARTH, Place, geodetic_from_ned
@@ -143,3 +146,20 @@ def test_the_vehicles_own_fence_counts() -> None:
                 await flight.lay(connection, telemetry, Limits(), lambda text: None)
 
     clock.run(scenario(), virtual=True)
+
+
+def test_the_vehicles_own_fence_counts_for_drawings_and_is_given_to_the_guard() -> None:
+    async def laid(radius_m: float) -> FlightPlan:
+        async with connect("sitl://bebop2") as connection:
+            telemetry = await start_telemetry(connection)
+            fence = Fence(circles=(FenceCircle(HOME.latitude_deg, HOME.longitude_deg, radius_m),))
+            await upload_plan(connection, Plan(mission=SURVEY.mission[:3], fence=fence))
+            way = rest_to_rest(np.array([0.0, 0.0, -2.0]), np.array([8.0, 0.0, -2.0]), "way")
+            drawing = Placed(FlightPlan(way), lambda limits: way)
+            return await drawing.lay(connection, telemetry, Limits(), lambda text: None)
+
+    with pytest.raises(InputError, match=r"way is 3\.\d+ m beyond the vehicle's fence"):
+        clock.run(laid(5.0), virtual=True)
+    (circle,) = clock.run(laid(10.0), virtual=True).vehicle_fence.circles
+    assert (circle.radius_m, circle.keep_out) == (10.0, False)
+    assert math.hypot(circle.north_m, circle.east_m) < 1.0

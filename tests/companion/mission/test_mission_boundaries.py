@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from companion.errors import InputError
 from companion.geodesy import PX4_EARTH, Place, geodetic_from_ned
-from companion.mission.boundaries import require_inside_box, require_inside_fence, require_near
+from companion.mission.boundaries import areas_of, require_inside_areas, require_inside_box, require_near
 from companion.mission.items import Fence, FenceCircle, FencePolygon
 from companion.mission.path import Ending, TrackedPath
 from companion.mission.site import Site
@@ -34,7 +34,8 @@ def square(half_m: float, east: float = 0.0, *, inclusion: bool = True) -> Fence
 
 def check_fence(fence: Fence, *places: tuple[float, float, float]) -> None:
     path = path_through(*places)
-    require_inside_fence(path, trajectory_through("path", path.waypoints, Limits()), fence, SITE, "plan")
+    trajectory = trajectory_through("path", path.waypoints, Limits())
+    require_inside_areas(path, trajectory, areas_of(fence, SITE), "plan")
 
 
 def test_near_enough_or_named() -> None:
