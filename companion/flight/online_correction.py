@@ -11,7 +11,7 @@ from jaxtyping import Float
 from companion.arrays import Array, Vec3
 from companion.autopilot.position_loop import PositionLoop, loop_of
 from companion.flight.guard import limit_length
-from companion.flight.preview import DesiredMotion, desired_ahead, state_of
+from companion.flight.preview import DesiredMotion, desired_ahead, flat_state, state_of
 from companion.flight.reference import Correction, Reference
 from companion.learning.correction import Confidence, adaptation_gain, velocity_correction
 from companion.learning.error_prediction import PredictedError, Step
@@ -97,8 +97,9 @@ class OnlineCorrection:
         alpha = self._confidence.share * adaptation_gain(
             self.settings.gain, predicted.gradient, loop.stiffness_1_s2
         )
-        u2 = limit_length(alpha * predicted.error, self.settings.longest_m)
-        velocity = self._velocity_correction(u2, predicted, loop)
+        error, velocity_error = self._to_correct(predicted, u1, trajectory, time_s)
+        u2 = limit_length(alpha * error, self.settings.longest_m)
+        velocity = self._velocity_correction(u2, velocity_error, loop)
         self._previous_u2 = u2
         return OnlineStep(Correction(u2, velocity), predicted, alpha)
 
@@ -126,13 +127,32 @@ class OnlineCorrection:
         slower = 1.0 + late_s / _LOOP_DELAY_S
         return PositionLoop(self.loop.stiffness_1_s2 * slower**2, self.loop.damping_1_s * slower)
 
-    def _velocity_correction(self, u2: Vec3, predicted: PredictedError, loop: PositionLoop) -> Vec3:
+    def _to_correct(
+        self, predicted: PredictedError, u1: Reference, trajectory: DesiredMotion, time_s: float
+    ) -> tuple[Vec3, Vec3]:
+        """What is to be corrected of the predicted errors of position (m) and velocity (m/s)."""
+        if self.settings.corrected == "error":
+            return predicted.error, predicted.velocity_error
+        there = self._model.predict(self._operating_point(u1, trajectory, time_s))
+        return predicted.error - there.error, predicted.velocity_error - there.velocity_error
+
+    def _operating_point(self, u1: Reference, trajectory: DesiredMotion, time_s: float) -> Step:
+        """The step of a vehicle that is exactly on its trajectory."""
+        return Step(
+            *(flat_state(trajectory, time_s), u1.position, u1.velocity),
+            *desired_ahead(trajectory, time_s, self.settings.preview),
+            np.zeros(3) if u1.acceleration is None else u1.acceleration,
+            acceleration=trajectory.at(time_s - 0.5 * _RECENT_S).acceleration,
+            drift=np.zeros(3),
+        )
+
+    def _velocity_correction(self, u2: Vec3, velocity_error: Vec3, loop: PositionLoop) -> Vec3:
         match self.settings.velocity:
             case "finite_difference":
                 return velocity_correction(u2, self._previous_u2, self.settings.sample_time_s)
             case "predicted":
                 gain = self._velocity_confidence.share * self.settings.damping_1_s / loop.damping_1_s
-                return gain * predicted.velocity_error
+                return gain * velocity_error
             case "uncorrected":
                 return np.zeros(3)
 

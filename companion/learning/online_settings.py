@@ -36,6 +36,9 @@ class OnlineSettings(BaseModel):
         gain: α, constant or estimated.
         longest_m: u2 is scaled down to this length (m): an error that takes more shows a vehicle at its
             limits, and the correction would only drive it against them.
+        corrected: the whole predicted error, as in the paper, or what of it comes of the vehicle's deviation
+            from its trajectory: the error at the operating point, the trajectory itself, is taken off. It is
+            a matter of u1, and from ten seconds of flight near the trajectory badly known.
         velocity: how the reference velocity is corrected: by the finite difference of u2, by the predicted
             velocity error so that it calls for `damping_1_s`, or not at all.
         damping_1_s: acceleration for a predicted velocity error (1/s).
@@ -57,6 +60,7 @@ class OnlineSettings(BaseModel):
     kernel: Kernel | LinearKernel
     form: FormName | Literal["motion"]
     gain: Gain
+    corrected: Literal["error", "deviation"] = "error"
     longest_m: PositiveFloat = 1.0
     velocity: Literal["finite_difference", "predicted", "uncorrected"]
     damping_1_s: NonNegativeFloat = 0.0
@@ -94,6 +98,7 @@ DEFAULT = OnlineSettings(
     kernel=LinearKernel(prior_variance=1.0, noise_variance=0.02),
     form="motion",
     gain=StiffnessGain(stiffness_1_s2=24.0),
+    corrected="deviation",
     longest_m=0.95,  # within the guard's usual limit
     velocity="predicted",
     damping_1_s=10.0,
@@ -110,6 +115,7 @@ ESTIMATED = DEFAULT.model_copy(
     update={
         "preview": Preview.of_time(0.36),
         "gain": EstimatedGain(least=1.0, most=4.0),
+        "corrected": "error",
         "velocity": "uncorrected",
     }
 )

@@ -54,6 +54,7 @@ def _rms(correction: OnlineCorrection | None) -> float:
 
 
 SQUARED_EXPONENTIAL = {
+    "corrected": "error",
     "window": 100,
     "kernel": PAPER.kernel,
     "preview": Preview.of_time(0.1),
