@@ -65,6 +65,7 @@ def collect(
     system_id: options.SystemId = None,
     signing_key: options.SigningKeyFile = None,
     forward: options.Forward = None,
+    accept_failsafe: options.AcceptFailsafe = False,
 ) -> None:
     """Fly the training trajectory, sinusoids along all three axes, and write the data set.
 
@@ -96,6 +97,7 @@ def collect(
             request = Request(
                 *(flown, system_id, LIMITS, Placed(plan, trajectory_within)),
                 *(about.model_copy(update=variation), Technique(strategy=strategy), key, forward or ()),
+                accept_failsafe=accept_failsafe,
             )
             conduct(request, file, console)
     data_sets = " ".join(map(str, files))

@@ -99,6 +99,7 @@ def fly(
     system_id: options.SystemId = None,
     signing_key: options.SigningKeyFile = None,
     forward: options.Forward = None,
+    accept_failsafe: options.AcceptFailsafe = False,
     dry_run: _DryRun = False,
     record: _Record = None,
     log_dir: _LogDir = Path("flights"),
@@ -151,7 +152,9 @@ def fly(
         model=model,
         model_sha256=options.model_sha256(model),
     )
-    request = Request(address, system_id, limits, course, about, technique, key, forward or ())
+    request = Request(
+        address, system_id, limits, course, about, technique, key, forward or (), accept_failsafe
+    )
     flown = _conduct(request, record, console)
     show(console, *_lines(flown.outcome))
     if json is not None:

@@ -14,6 +14,8 @@ from companion import __version__, clock
 from companion.autopilot import Autopilot, Identity, detect, identify
 from companion.cli.display import FlightDisplay
 from companion.cli.recorded import link_text, recorded, versions
+from companion.doctor.failsafe import failsafe_findings, require_safe
+from companion.doctor.finding import Severity
 from companion.errors import NoReplyError
 from companion.flight.flight import FlightOutcome, FlightPlan, fly
 from companion.flight.states import FlightState
@@ -112,6 +114,7 @@ class Request:
         technique: how it is flown.
         signing: the key of a signed link.
         forward: where ground stations share the link.
+        accept_failsafe: fly although the autopilot's failsafe is unsafe.
     """
 
     address: Address
@@ -122,6 +125,7 @@ class Request:
     technique: Technique
     signing: SigningKey | None = None
     forward: Sequence[str] = ()
+    accept_failsafe: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,6 +201,7 @@ async def _fly(request: Request, record: Path | None, console: Console) -> Flown
             display.phase(f"connected to system {connection.system_id}, {identity.autopilot}{firmware}")
             recorder.metadata(VERSIONS, versions(identity))
             recorder.metadata(TECHNIQUE, request.technique.model_dump(mode="json"))
+            await _look_at_failsafe(connection, identity, request.accept_failsafe, display.phase)
             autopilot = await detect(connection, telemetry)
             limits = await _limits(request.limits, autopilot, display.phase)
             outcome = await fly(
@@ -210,6 +215,18 @@ async def _fly(request: Request, record: Path | None, console: Console) -> Flown
                 on_state=partial(_tell_state, connection),
             )
             return Flown(outcome, connection.system_id, identity)
+
+
+async def _look_at_failsafe(
+    connection: Connection, identity: Identity, accepted: bool, announce: Announce
+) -> None:
+    """Tell what is wrong with what the autopilot does without setpoints; FlightError where it is unsafe."""
+    findings = await failsafe_findings(connection, identity)
+    if not accepted:
+        require_safe(findings)
+    for finding in findings:
+        if finding.severity is not Severity.FINE:
+            announce(f"{finding.topic}: {finding.seen}: {finding.advice}")
 
 
 def _tell_state(connection: Connection, state: FlightState) -> None:

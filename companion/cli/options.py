@@ -76,6 +76,13 @@ Forward: TypeAlias = Annotated[
         "may be given several times.",
     ),
 ]
+AcceptFailsafe: TypeAlias = Annotated[
+    bool,
+    typer.Option(
+        "--accept-failsafe",
+        help="Fly although the autopilot would do something unsafe when setpoints stop (docs/safety.md).",
+    ),
+]
 SystemIdInLog: TypeAlias = Annotated[
     int | None,
     typer.Option(

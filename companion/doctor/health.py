@@ -52,7 +52,7 @@ class HealthWatch:
         healthy = message.onboard_control_sensors_health
         self._update(
             ready_to_arm=bool(healthy & _PREARM),  # PX4 sets this bit here alone, not in what is present
-            has_remote_control=bool(healthy & message.onboard_control_sensors_present & _RC),
+            has_remote_control=receives_remote_control(message),
         )
         self._take_charge(message.battery_remaining)
 
@@ -75,6 +75,11 @@ class HealthWatch:
 
     def _update(self, **told: Any) -> None:
         self.health = replace(self.health, **told)
+
+
+def receives_remote_control(message: mavlink.MAVLink_sys_status_message) -> bool:
+    """Whether the vehicle has a remote control's receiver, and hears it."""
+    return bool(message.onboard_control_sensors_health & message.onboard_control_sensors_present & _RC)
 
 
 def missing_for_flight(health: Health) -> list[str]:
