@@ -69,6 +69,7 @@ class OnlineCorrection:
         self._confidence = Confidence(settings.caution, settings.memory)
         self._velocity_confidence = Confidence(settings.velocity_caution, settings.memory)
         self._awaiting: deque[_Sent] = deque()
+        self._situation: _Situation | None = None
         self.forget_motion()
         self._previous_u2: Vec3 = np.zeros(3)
 
@@ -157,12 +158,30 @@ class OnlineCorrection:
                 return np.zeros(3)
 
     def _step(self, u: Reference, trajectory: DesiredMotion, time_s: float, state: VehicleState) -> Step:
-        desired = desired_ahead(trajectory, time_s, self.settings.preview)
-        return Step(
-            *(state_of(state), u.position, u.velocity, *desired),
-            np.zeros(3) if u.acceleration is None else u.acceleration,
-            *self._flown.recent(state),
-        )
+        asked = (trajectory, time_s, state)
+        if self._situation is None or self._situation.asked != asked:
+            desired = desired_ahead(trajectory, time_s, self.settings.preview)
+            self._situation = _Situation(asked, state_of(state), desired, self._flown.recent(state))
+        now = self._situation
+        feedforward = np.zeros(3) if u.acceleration is None else u.acceleration
+        return Step(now.x, u.position, u.velocity, *now.desired, feedforward, *now.recent)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Situation:
+    """What of a step is the same for every reference: for that to be corrected, and for that then sent.
+
+    Attributes:
+        asked: trajectory, time on it (s) and state.
+        x: the state vector.
+        desired: position (m) and velocity (m/s), one preview ahead.
+        recent: acceleration (m/s²) and drift (m/s).
+    """
+
+    asked: tuple[DesiredMotion, float, VehicleState]
+    x: Float[Array, "12"]
+    desired: tuple[Vec3, Vec3]
+    recent: tuple[Vec3, Vec3]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -192,11 +211,13 @@ class MotionHistory:
 
     def position(self, time_s: float, leads_s: Leads) -> Vec3:
         """Each axis of the position (m) its own lead after `time_s`; NaN where no states are near enough."""
-        return np.array([self._at(time_s + lead_s)[axis] for axis, lead_s in enumerate(leads_s)])
+        at = {lead_s: self._at(time_s + lead_s) for lead_s in set(leads_s)}
+        return np.array([at[lead_s][axis] for axis, lead_s in enumerate(leads_s)])
 
     def velocity(self, time_s: float, leads_s: Leads) -> Vec3:
         """The same of the velocity (m/s)."""
-        return np.array([self._at(time_s + lead_s)[3 + axis] for axis, lead_s in enumerate(leads_s)])
+        at = {lead_s: self._at(time_s + lead_s) for lead_s in set(leads_s)}
+        return np.array([at[lead_s][3 + axis] for axis, lead_s in enumerate(leads_s)])
 
     def recent(self, state: VehicleState) -> tuple[Vec3, Vec3]:
         """Mean acceleration (m/s²) and drift (m/s) over the last `_RECENT_S` before `state`, or zeros.

@@ -36,17 +36,14 @@ def flat_state(trajectory: DesiredMotion, time_s: float) -> Float[Array, "12"]:
     III), and the tilt's change the rates, exactly when level.
     """
     desired = trajectory.at(time_s)
-    before, after = (_flat_tilt(trajectory, time_s + side * 0.5 * _TILT_STEP_S) for side in (-1.0, 1.0))
+    before, after = (trajectory.at(time_s + side * 0.5 * _TILT_STEP_S) for side in (-1.0, 1.0))
+    accelerations = np.array((before.acceleration, desired.acceleration, after.acceleration))
+    tilt_before, tilt_now, tilt_after = tilt(_GRAVITY - accelerations)
     x = np.zeros(12)
     x[0:3], x[3:6] = desired.position, desired.velocity
-    x[6:8] = _flat_tilt(trajectory, time_s)
-    x[9:11] = (after - before) / _TILT_STEP_S
+    x[6:8] = tilt_now
+    x[9:11] = (tilt_after - tilt_before) / _TILT_STEP_S
     return x
-
-
-def _flat_tilt(trajectory: DesiredMotion, time_s: float) -> Float[Array, "2"]:
-    """Roll and pitch (rad) of a multirotor on the trajectory."""
-    return tilt(_GRAVITY - trajectory.at(time_s).acceleration)
 
 
 def desired_ahead(trajectory: DesiredMotion, time_s: float, preview: Preview) -> tuple[Vec3, Vec3]:
