@@ -46,7 +46,7 @@ class ContinuousFrame:
         flown = 0.5 * elapsed_s * (last.velocity + state.velocity)
         jump: Vec3 = state.position - last.position - flown
         smallest_m = _SMALLEST_JUMP_M + _SMALLEST_JUMP_M_S * elapsed_s
-        jumped = elapsed_s < _LONGEST_GAP_S and float(np.linalg.norm(jump)) > smallest_m
+        jumped = elapsed_s < _LONGEST_GAP_S and math.hypot(*jump) > smallest_m
         if jumped:
             self.offset = self.offset + jump
         return jump if jumped else None

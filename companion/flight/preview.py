@@ -1,5 +1,6 @@
 """What the learned models are shown: the vehicle's state or the trajectory's own, and the motion ahead."""
 
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -28,8 +29,9 @@ def state_of(state: VehicleState) -> Float[Array, "12"]:
     return state_vector(state.position, state.velocity, state.attitude, state.rates)
 
 
+@lru_cache(maxsize=4)  # what is asked twice at a step, by a network and by the online model
 def flat_state(trajectory: DesiredMotion, time_s: float) -> Float[Array, "12"]:
-    """x(k) of a multirotor that is exactly on the trajectory, without drag and wind, at yaw zero.
+    """x(k), read-only, of a multirotor that is exactly on the trajectory, without drag and wind, at yaw zero.
 
     Position and velocity are the trajectory's; thrust along g − a gives the tilt (differential flatness:
     Mellinger and Kumar, "Minimum snap trajectory generation and control for quadrotors", ICRA 2011, section
@@ -43,6 +45,7 @@ def flat_state(trajectory: DesiredMotion, time_s: float) -> Float[Array, "12"]:
     x[0:3], x[3:6] = desired.position, desired.velocity
     x[6:8] = tilt_now
     x[9:11] = (tilt_after - tilt_before) / _TILT_STEP_S
+    x.flags.writeable = False
     return x
 
 

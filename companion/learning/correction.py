@@ -1,5 +1,6 @@
 """From the predicted error to the correction of the reference: u2(k) = α e_p(k+r) (Eqn. adaptationForm)."""
 
+import math
 from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
@@ -125,4 +126,4 @@ class Confidence:
 
 def _finite_square(vector: Float[Array, " n"]) -> float:
     square = float(vector @ vector)
-    return square if np.isfinite(square) else 0.0
+    return square if math.isfinite(square) else 0.0

@@ -97,6 +97,9 @@ class MotionModel:
     def __init__(self, kernel: LinearKernel, window: int, preview: Preview) -> None:
         self._kernel = kernel
         self._leads = _Leads(np.array(preview.position_s), np.array(preview.velocity_s))
+        half_lead_s = 0.5 * self._leads.position[:, None]
+        stiffness = np.array((POSITION_STIFFNESS, VELOCITY_STIFFNESS, 1.0, 1.0))
+        self._scale = np.hstack((half_lead_s * stiffness, np.ones((_AXES, 1))))
         self._window = SlidingWindow(window, inputs=_AXES * _INPUTS, outputs=_AXES * _OUTPUTS)
         self._weights: Weights | None = None
 
@@ -142,11 +145,10 @@ class MotionModel:
 
     def _inputs(self, step: Step) -> Float[Array, "3 5"]:
         position, velocity = step.state[:3], step.state[3:6]
-        half_lead_s = 0.5 * self._leads.position
-        inputs = np.empty((_AXES, _INPUTS))
-        inputs[:, 0] = half_lead_s * POSITION_STIFFNESS * (step.reference_position - position)
-        inputs[:, 1] = half_lead_s * VELOCITY_STIFFNESS * (step.reference_velocity - velocity)
-        inputs[:, 2] = half_lead_s * step.reference_acceleration
-        inputs[:, 3] = half_lead_s * step.acceleration
-        inputs[:, 4] = step.drift
-        return inputs
+        causes = np.empty((_AXES, _INPUTS))
+        causes[:, 0] = step.reference_position - position
+        causes[:, 1] = step.reference_velocity - velocity
+        causes[:, 2] = step.reference_acceleration
+        causes[:, 3] = step.acceleration
+        causes[:, 4] = step.drift
+        return self._scale * causes

@@ -178,7 +178,8 @@ class CorrectionJudge:
             self._loop_gain += min(duration_s / _LOOP_MEMORY_S, 1.0) * (loop_gain - self._loop_gain)
             self._since_s += duration_s
             self._decide()
-        self.share = float(faded(np.array(self.share), np.array(float(self.believed)), duration_s))
+        most = duration_s / FADE_S
+        self.share = min(self.share + most, 1.0) if self.believed else max(self.share - most, 0.0)
 
     def _decide(self) -> None:
         does_harm = self._came > _HARM * self._otherwise + _TOLERATED_M**2
@@ -220,5 +221,5 @@ def loop_gain(alpha: Vec3, error_gradient: Float[Array, "3 3"]) -> Vec3:
 
     1, which is nothing done, where the model knows no gradient (NaN).
     """
-    gain: Vec3 = np.abs(1.0 + alpha * np.diag(error_gradient))
+    gain: Vec3 = np.abs(1.0 + alpha * error_gradient.diagonal())
     return np.where(np.isfinite(gain), gain, 1.0)

@@ -1,6 +1,7 @@
 """A trajectory as a function of time: piecewise quintic on evenly spaced knots."""
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -26,7 +27,7 @@ _POWERS = np.arange(6)
 
 
 class Sample(NamedTuple):
-    """Where the trajectory is at one instant: NED, m, m/s, m/s²; read-only at rest."""
+    """Where the trajectory is at one instant: NED, m, m/s, m/s²."""
 
     position: Vec3
     velocity: Vec3
@@ -62,16 +63,21 @@ class Trajectory:
         self._last = _at_rest(coefficients[-1].sum(axis=0))
 
     def at(self, time_s: float) -> Sample:
-        """The sample at `time_s` (s); outside the trajectory, rest at its nearer end."""
+        """The sample at `time_s` (s), read-only; outside the trajectory, rest at its nearer end."""
         if time_s <= 0.0:
             return self._first
         if time_s >= self.duration_s:
             return self._last
+        return self._between(time_s)
+
+    @lru_cache(maxsize=32)  # noqa: B019 - one control step asks for some instants many times
+    def _between(self, time_s: float) -> Sample:
         knots = time_s / self.step_s
         segment = min(int(knots), len(self._motion) - 1)
         u = knots - segment
         u2 = u * u
         motion = np.array((1.0, u, u2, u2 * u, u2 * u2, u2 * u2 * u)) @ self._motion[segment]
+        motion.flags.writeable = False
         return Sample(motion[:3], motion[3:6], motion[6:])
 
     def sample(self, times_s: Times) -> Samples:
