@@ -14,6 +14,7 @@ from companion import __version__, clock
 from companion.autopilot import Autopilot, Identity, detect, identify
 from companion.cli.display import FlightDisplay
 from companion.cli.recorded import link_text, recorded, versions
+from companion.cli.thermometer import Thermometer
 from companion.doctor.failsafe import failsafe_findings, require_safe
 from companion.doctor.finding import Severity
 from companion.errors import NoReplyError
@@ -196,6 +197,9 @@ async def _fly(request: Request, record: Path | None, console: Console) -> Flown
             connection.presence.subscribe(lambda change: display.phase(link_text(change)))
             connection.status_texts.subscribe(display.vehicle_said)
             telemetry = await start_telemetry(connection)
+            thermometer = Thermometer()
+            if not isinstance(request.address, Simulated):
+                connection.spawn(thermometer.keep_reading())
             identity = await identify(connection)
             firmware = "" if identity.version is None else f" {identity.version}"
             display.phase(f"connected to system {connection.system_id}, {identity.autopilot}{firmware}")
@@ -213,6 +217,7 @@ async def _fly(request: Request, record: Path | None, console: Console) -> Flown
                 announce=display.phase,
                 progress=display.progress,
                 on_state=partial(_tell_state, connection),
+                temperature_c=lambda: thermometer.celsius,
             )
             return Flown(outcome, connection.system_id, identity)
 

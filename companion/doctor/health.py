@@ -4,18 +4,11 @@ import math
 from dataclasses import replace
 from typing import Any
 
-from companion.doctor.observation import Estimator, Health
+from companion.doctor.observation import Health
 from companion.link.connection import Connection
 from companion.link.dialect import mavlink
+from companion.link.estimator import of_ardupilot, of_px4
 
-_ESTIMATES = (
-    # The low bits mean the same in ESTIMATOR_STATUS (PX4) and EKF_STATUS_REPORT (ArduPilot).
-    ("attitude", mavlink.ESTIMATOR_ATTITUDE),
-    ("horizontal velocity", mavlink.ESTIMATOR_VELOCITY_HORIZ),
-    ("vertical velocity", mavlink.ESTIMATOR_VELOCITY_VERT),
-    ("horizontal position", mavlink.ESTIMATOR_POS_HORIZ_REL | mavlink.ESTIMATOR_POS_HORIZ_ABS),
-    ("height", mavlink.ESTIMATOR_POS_VERT_ABS | mavlink.ESTIMATOR_POS_VERT_AGL),
-)
 _PREARM = mavlink.MAV_SYS_STATUS_PREARM_CHECK
 _RC = mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
 
@@ -34,19 +27,10 @@ class HealthWatch:
         connection.subscribe(mavlink.MAVLink_gps_raw_int_message, self._on_gps)
 
     def _on_estimator(self, message: mavlink.MAVLink_estimator_status_message) -> None:
-        ratios = (message.vel_ratio, message.pos_horiz_ratio, message.pos_vert_ratio, message.mag_ratio)
-        glitch = bool(message.flags & mavlink.ESTIMATOR_GPS_GLITCH)
-        self._update(estimator=Estimator(_missing(message.flags), glitch, _worst(ratios)))
+        self._update(estimator=of_px4(message))
 
     def _on_ekf(self, message: mavlink.MAVLink_ekf_status_report_message) -> None:
-        ratios = (
-            message.velocity_variance,
-            message.pos_horiz_variance,
-            message.pos_vert_variance,
-            message.compass_variance,
-        )
-        glitch = bool(message.flags & mavlink.EKF_GPS_GLITCHING)
-        self._update(estimator=Estimator(_missing(message.flags), glitch, _worst(ratios)))
+        self._update(estimator=of_ardupilot(message))
 
     def _on_system(self, message: mavlink.MAVLink_sys_status_message) -> None:
         healthy = message.onboard_control_sensors_health
@@ -92,11 +76,3 @@ def missing_for_flight(health: Health) -> list[str]:
     if not health.ready_to_arm:
         missing.append("the checks before arming")
     return missing
-
-
-def _missing(flags: int) -> tuple[str, ...]:
-    return tuple(name for name, bits in _ESTIMATES if not flags & bits)
-
-
-def _worst(ratios: tuple[float, ...]) -> float:
-    return max((ratio for ratio in ratios if math.isfinite(ratio)), default=0.0)

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from companion.autopilot import Identity
+from companion.link.estimator import Estimator
 from companion.link.parameter_encoding import Number
 
 
@@ -73,21 +74,6 @@ class Peer:
     component_id: int
     type: int
     autopilot: int
-
-
-@dataclass(frozen=True, slots=True)
-class Estimator:
-    """What ESTIMATOR_STATUS or EKF_STATUS_REPORT tells.
-
-    Attributes:
-        missing: which estimates there are not, in words.
-        gps_glitch: whether GPS contradicts the rest.
-        worst_ratio: largest innovation test ratio; from 1 on a measurement is rejected.
-    """
-
-    missing: tuple[str, ...] = ()
-    gps_glitch: bool = False
-    worst_ratio: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

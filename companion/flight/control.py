@@ -3,6 +3,7 @@
 So a flight can be computed again from what it recorded: the same calls in the same order give the same bits.
 """
 
+import math
 from collections import Counter
 from collections.abc import Callable
 from typing import TypeAlias
@@ -13,12 +14,13 @@ from pydantic import BaseModel, ConfigDict
 from companion.autopilot.position_loop import PositionLoop
 from companion.errors import TrackingError
 from companion.flight.continuous_frame import ContinuousFrame
+from companion.flight.expectation import Expectation
 from companion.flight.fence import Areas
 from companion.flight.guard import NO_AREAS, Before, Clip, Guarded, GuardLimits, guard
 from companion.flight.heading import YawMode, yaw_jump
 from companion.flight.recorder import Recorder
 from companion.flight.reference import Reference
-from companion.flight.tracker import ControlStep, Tracker, tracking_error_m
+from companion.flight.tracker import Tracker, tracking_error_m
 from companion.state import VehicleState
 
 Triple: TypeAlias = tuple[float, float, float]
@@ -68,6 +70,8 @@ class Control:
     Attributes:
         clips: how often the guard changed what.
         newest: the newest state, in the tracked frame; None until there is one.
+        tracker: what is followed.
+        error_m: the tracking error at the newest step (m); NaN before the first.
     """
 
     def __init__(
@@ -84,19 +88,27 @@ class Control:
         self._heading = settings.yaw_mode.heading(settings.yaw, settings.period_s)
         self._recorder = recorder
         self._announce = announce
-        self._tracker = tracker
+        self.tracker = tracker
+        self.error_m = math.nan
+        self._expectation = Expectation()
         self._frame = ContinuousFrame()
         self._before: Before | None = None
+
+    @property
+    def unpredicted_m(self) -> float:
+        """How far the tracking error is from what the online model predicted of it (m); NaN without one."""
+        return self._expectation.missed_m
 
     def begin(self, time_s: float, newest: VehicleState | None) -> None:
         """Begin at `time_s` (companion clock, s), the newest state being `newest`."""
         self.newest = newest
         self._recorder.control(time_s, self._settings.model_dump_json())
-        self._recorder.follow(time_s, self._tracker)
+        self._recorder.follow(time_s, self.tracker)
 
     def follow(self, time_s: float, tracker: Tracker) -> None:
         """Follow another trajectory from the next step on."""
-        self._tracker = tracker
+        self.tracker = tracker
+        self._expectation.forget()
         self._recorder.follow(time_s, tracker)
 
     def observe(self, state: VehicleState) -> None:
@@ -108,10 +120,11 @@ class Control:
         jump = self._frame.follow(state)
         self.newest = self._frame.tracked(state)
         if jump is not None:
-            self._tracker.forget_motion()
+            self.tracker.forget_motion()
+            self._expectation.forget()
             jumped = np.round(jump, 2).tolist()
             self._recorder.event(state.received_s, f"the vehicle's estimate jumped by {jumped} m")
-        self._tracker.observe(self.newest)
+        self.tracker.observe(self.newest)
 
     def setpoint(self, now_s: float, state: VehicleState) -> tuple[Reference, float]:
         """What to send at `now_s`, the vehicle being in `state` then (of the tracked frame).
@@ -122,8 +135,10 @@ class Control:
         Raises:
             TrackingError: the vehicle is too far from where it should be, or its estimate jumped too far.
         """
-        step = self._tracker.step(state)
-        self._require_near(state, step)
+        step = self.tracker.step(state)
+        self.error_m = tracking_error_m(state, step.desired)
+        self._expectation.compare(state.time_s, step.desired.position - state.position)
+        self._require_near()
         home = self._home - self._frame.offset_at(now_s)
         guarded = guard(
             *(step.u1, step.u2, step.plain),
@@ -134,7 +149,9 @@ class Control:
             before=self._before,
         )
         self._before = Before(now_s, guarded.reference)
-        self._tracker.sent(guarded.reference, state)
+        expected = self.tracker.sent(guarded.reference, state)
+        if expected is not None:
+            self._expectation.expect(*expected)
         sent = self._frame.sent(guarded.reference, now_s)
         yaw = self._heading(step.desired.velocity)
         self._recorder.step(now_s, step, guarded, sent, yaw)
@@ -144,12 +161,11 @@ class Control:
         self._count(now_s, guarded)
         return sent, yaw
 
-    def _require_near(self, state: VehicleState, step: ControlStep) -> None:
+    def _require_near(self) -> None:
         limit_m = self._settings.limits.tracking_error_m
-        error_m = tracking_error_m(state, step.desired)
-        if error_m > limit_m:
+        if self.error_m > limit_m:
             raise TrackingError(
-                f"the vehicle is {error_m:.1f} m from where it should be (limit {limit_m:g} m): "
+                f"the vehicle is {self.error_m:.1f} m from where it should be (limit {limit_m:g} m): "
                 "check the trajectory, the wind and the model"
             )
         jumped_m = float(np.linalg.norm(self._frame.offset))

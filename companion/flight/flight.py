@@ -3,8 +3,8 @@
 import asyncio
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from enum import StrEnum
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import TypeAlias
 
 from companion import clock
@@ -14,23 +14,24 @@ from companion.autopilot.position_loop import PositionLoop
 from companion.errors import FlightError, GapError, ImpromptuError, LinkError, NoReplyError, TakenError
 from companion.flight.approach import joining, rest_at, rest_to_rest
 from companion.flight.control import Control, ControlSettings
-from companion.flight.fence import Areas
-from companion.flight.guard import NO_AREAS, Clip, GuardLimits
-from companion.flight.heading import YawMode
-from companion.flight.online_correction import OnlineCorrection
+from companion.flight.guard import Clip
+from companion.flight.plan import After, FlightOutcome, FlightPlan
 from companion.flight.recorder import FlightRecorder, Recorder
 from companion.flight.states import Event, FlightState, next_state
-from companion.flight.strategies import ReferenceLaw, position_velocity
+from companion.flight.strategies import position_velocity
 from companion.flight.stream import SetpointStream
-from companion.flight.supervision import Supervision
 from companion.flight.takeoff import Announce, home_of, is_flying, take_off
-from companion.flight.tracker import Tracker, tracking_error_m
+from companion.flight.tracker import PLAIN, Tracker, tracking_error_m
+from companion.flight.watchdogs import Action, Alarm, Readings, WatchdogError
+from companion.flight.watching import keep_watch, readings
 from companion.link.tasks import background_tasks
 from companion.link.telemetry import Telemetry
 from companion.recording.metrics import ErrorSum, TrackingAccuracy
-from companion.recording.series import Provenance, Recording
+from companion.recording.series import Provenance
 from companion.state import VehicleState
 from companion.trajectory.trajectory import Trajectory
+
+__all__ = ["After", "FlightOutcome", "FlightPlan", "fly"]
 
 ShowProgress: TypeAlias = Callable[[float, float], None]
 """Called twice a second with the share of the trajectory that is done and the distance from it (m)."""
@@ -53,66 +54,6 @@ _LEAST_MEASURED_S = 0.5 * _LAST_TELEMETRY_S
 """Of a trajectory that is joined at its very end, too."""
 
 
-class After(StrEnum):
-    """How a vehicle is handed back after its flight, by the names that the command takes."""
-
-    HOLD = "hold"
-    LAND = "land"
-    RETURN = "return"
-
-
-@dataclass(frozen=True)
-class FlightPlan:
-    """What to fly, and how.
-
-    Attributes:
-        trajectory: NED relative to the takeoff point (m).
-        law: how u1 is made.
-        correction: the online module, or None.
-        supervision: how much of it and of a network is flown, or None: all.
-        period_s: between two setpoints (s).
-        limits: of the guard.
-        vehicle_fence: the vehicle's own, relative to the takeoff point.
-        settle_s: least time at rest at the start, the strategy already active (s).
-        takeoff_altitude_m: where a vehicle on the ground is first sent, above its takeoff point (m).
-        after: how the vehicle is handed back.
-        yaw: where the nose points.
-        resume: take over a vehicle that is in the air, where it is, and go on at the nearest point.
-    """
-
-    trajectory: Trajectory
-    law: ReferenceLaw = position_velocity
-    correction: OnlineCorrection | None = None
-    supervision: Supervision | None = None
-    period_s: float = 0.02
-    limits: GuardLimits = field(default_factory=GuardLimits)
-    vehicle_fence: Areas = NO_AREAS
-    settle_s: float = 3.0
-    takeoff_altitude_m: float = 2.5
-    after: After = After.HOLD
-    yaw: YawMode = YawMode.HOLD
-    resume: bool = False
-
-
-@dataclass(frozen=True)
-class FlightOutcome:
-    """What came of a flight.
-
-    Attributes:
-        accuracy: against the vehicle's own estimate, which is all that a companion can know.
-        trajectory: what was to be flown, NED of the vehicle's origin (m).
-        start_s: when it began, or would have, where it was resumed (companion clock, s).
-        clips: how often the guard changed what.
-        recording: what the recorder still has of it.
-    """
-
-    accuracy: TrackingAccuracy
-    trajectory: Trajectory
-    start_s: float
-    clips: Mapping[Clip, int]
-    recording: Recording
-
-
 async def fly(
     plan: FlightPlan,
     autopilot: Autopilot,
@@ -123,6 +64,7 @@ async def fly(
     announce: Announce = lambda text: None,
     progress: ShowProgress = lambda share, error_m: None,
     on_state: ShowState = lambda state: None,
+    temperature_c: Callable[[], float] = lambda: math.nan,
 ) -> FlightOutcome:
     """Fly `plan`; whatever ends it, the vehicle is left as the plan says, in a hold, or with who took it.
 
@@ -135,6 +77,7 @@ async def fly(
         announce: told each phase as it begins.
         progress: told while the trajectory is tracked.
         on_state: told each state that the flight comes to.
+        temperature_c: of the companion's processor (°C); NaN where it is not known.
 
     Raises:
         RefusedError: the vehicle refused to arm, take off or be guided.
@@ -143,7 +86,9 @@ async def fly(
         GapError: setpoints stopped for so long that the vehicle's failsafe has acted.
         LinkError: the vehicle fell silent.
     """
-    flight = _Flight(plan, autopilot, telemetry, recorder or FlightRecorder(), announce, progress, on_state)
+    flight = _Flight(
+        plan, autopilot, telemetry, recorder or FlightRecorder(), announce, progress, on_state, temperature_c
+    )
     unsubscribe = telemetry.subscribe(flight.recorder.state)
     try:
         tracked = await flight.run()
@@ -154,7 +99,7 @@ async def fly(
         raise
     except BaseException as trouble:
         flight.recorder.event(clock.now(), str(trouble) or "stopped")
-        await flight.leave_in_a_hold()
+        await flight.leave(trouble)
         raise
     finally:
         unsubscribe()
@@ -190,6 +135,7 @@ class _Flight:
     announce: Announce
     progress: ShowProgress
     on_state: ShowState
+    temperature_c: Callable[[], float]
     found_in: str = ""
     state: FlightState = FlightState.DISCONNECTED
 
@@ -225,7 +171,7 @@ class _Flight:
             self.telemetry,
             control,
             period_s=self.plan.period_s,
-            state_age_s=self.plan.limits.state_age_s,
+            state_age=self.plan.limits.watchdogs.state_age_s,
             timeout_s=timeout_s,
         )
         trajectory = self.plan.trajectory.moved(home)
@@ -235,6 +181,13 @@ class _Flight:
             await self.autopilot.engage()
             self.came(Event.GUIDE)
             spawn(_until_taken(self.autopilot))
+            spawn(
+                keep_watch(
+                    self.plan.limits.watchdogs,
+                    partial(self._readings, stream),
+                    partial(self._fall_back, stream),
+                )
+            )
             tracker, from_s = await begin(trajectory, stream)
             self.came(Event.TRACK)
             errors = ErrorSum(
@@ -254,15 +207,55 @@ class _Flight:
         """As the plan says, after the hold."""
         match self.plan.after:
             case After.LAND:
-                self.note("landing")
-                self.came(Event.LAND)
-                await self.autopilot.land()
-                self.came(Event.GROUND)
+                await self._land()
             case After.RETURN:
-                self.note("returning to where it took off")
-                self.came(Event.LAND)
-                await self.autopilot.return_home()
-                self.came(Event.GROUND)
+                await self._return()
+
+    async def leave(self, trouble: BaseException) -> None:
+        """After trouble: in a hold, unless a watchdog says otherwise or the vehicle was left landing."""
+        if self.state is FlightState.LANDING and isinstance(trouble, LinkError):
+            self.note("the vehicle is left to its landing")
+            self.came(Event.LOSE)
+            return
+        try:
+            match trouble.action if isinstance(trouble, WatchdogError) else Action.HOLD:
+                case Action.LAND:
+                    await self._land()
+                case Action.RETURN:
+                    await self._return()
+                case Action.YIELD:
+                    self.note("nothing more is sent: the vehicle is left to its pilot or its failsafe")
+                    self.came(Event.FAIL)
+                case _:
+                    await self.leave_in_a_hold()
+        except TakenError as taken:
+            self.note(str(taken))
+            self.came(Event.TAKE)
+        except ImpromptuError as error:
+            self.note(f"that failed: {error}")
+            await self.leave_in_a_hold()
+
+    async def _land(self) -> None:
+        self.note("landing")
+        self.came(Event.LAND)
+        await self.autopilot.land()
+        self.came(Event.GROUND)
+
+    async def _return(self) -> None:
+        self.note("returning to where it took off")
+        self.came(Event.LAND)
+        await self.autopilot.return_home()
+        self.came(Event.GROUND)
+
+    def _readings(self, stream: SetpointStream, now_s: float) -> Readings:
+        return readings(stream, self.telemetry.status, self.temperature_c(), now_s)
+
+    def _fall_back(self, stream: SetpointStream, alarm: Alarm) -> None:
+        """Track with nothing but the plain strategy from now on."""
+        self.plan = replace(self.plan, law=position_velocity, correction=None, supervision=None)
+        if stream.control.tracker.law_name != PLAIN:
+            self.note(f"falling back on the plain strategy: {alarm}")
+            stream.fall_back()
 
     async def leave_in_a_hold(self) -> None:
         """Leave a vehicle that may be flying in a hold, if it still listens to us and ever did."""

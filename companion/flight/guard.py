@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, PositiveFloat
 from companion.arrays import Vec3
 from companion.flight.fence import Areas, Fence, keep_inside
 from companion.flight.reference import Correction, Reference
+from companion.flight.watchdogs import Watchdogs
 from companion.state import VehicleState
 
 NO_AREAS = Areas()
@@ -53,11 +54,10 @@ class GuardLimits(BaseModel):
     """From the vehicle to the position setpoint."""
     tracking_error_m: PositiveFloat = 3.0
     """Beyond this the flight ends in a hold."""
-    state_age_s: PositiveFloat = 0.5
-    """Older telemetry than this ends the flight in a hold."""
     max_distance_m: PositiveFloat = 500.0
     """From the vehicle to any waypoint of a plan: one that leads farther is refused."""
     fence: Fence = Field(default_factory=Fence)
+    watchdogs: Watchdogs = Field(default_factory=Watchdogs)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,9 +1,8 @@
 """One control step: desired motion, reference u1, online correction u2. No clock, no I/O."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-
-import numpy as np
 
 from companion.arrays import Vec3
 from companion.flight.online_correction import OnlineCorrection, OnlineStep
@@ -70,6 +69,10 @@ class Tracker:
         """`PLAIN` for the baseline without a correction, else `CHOSEN`: that of the flight's strategy."""
         return PLAIN if self._law is position_velocity and self._correction is None else CHOSEN
 
+    def plain(self) -> "Tracker":
+        """What tracks the same with the plain strategy."""
+        return Tracker(self.trajectory, self.start_s)
+
     def observe(self, state: VehicleState) -> None:
         """Take in every state that arrives, not only those that a step uses."""
         if self._correction is not None:
@@ -98,13 +101,18 @@ class Tracker:
         shares, remarks = self._supervision.shares, self._supervision.remarks()
         return ControlStep(desired, plain, u1, online, u2, shares, remarks)
 
-    def sent(self, reference: Reference, state: VehicleState) -> None:
-        """What the guard let pass: the online module learns from it, not from what was wanted."""
-        if self._correction is not None:
-            self._correction.sent(reference, self.trajectory, state.time_s - self.start_s, state)
+    def sent(self, reference: Reference, state: VehicleState) -> tuple[float, Vec3] | None:
+        """What the guard let pass: the online module learns from it, not from what was wanted.
+
+        Returns:
+            When (companion clock, s) which tracking error (m) is to be expected of it; None without a model.
+        """
+        if self._correction is None:
+            return None
+        predicted = self._correction.sent(reference, self.trajectory, state.time_s - self.start_s, state)
+        return state.time_s + self._correction.settings.preview.longest_s, predicted.error
 
 
 def tracking_error_m(state: VehicleState, desired: Sample) -> float:
     """Distance between where the vehicle is and where it should be (m)."""
-    error: Vec3 = state.position - desired.position
-    return float(np.linalg.norm(error))
+    return math.dist(state.position, desired.position)

@@ -1,4 +1,4 @@
-"""What the vehicle is doing: HEARTBEAT, CURRENT_MODE, EXTENDED_SYS_STATE, SYS_STATUS, HOME_POSITION.
+"""What the vehicle is doing, and how it is, by its HEARTBEAT, EXTENDED_SYS_STATE, SYS_STATUS and the like.
 
 ArduPilot's HOME_POSITION has 0 for its local coordinates, wherever home is; so they are worked out from its
 place on the Earth and that of the origin, GPS_GLOBAL_ORIGIN.
@@ -15,6 +15,7 @@ from companion.arrays import Vec3
 from companion.geodesy import ARDUPILOT_EARTH, Place, ned_from_geodetic
 from companion.link.connection import Connection
 from companion.link.dialect import mavlink
+from companion.link.estimator import Estimator, of_ardupilot, of_px4
 
 _AT_REST_S = 10.0
 """A vehicle that is on the ground for so long and still armed does not disarm itself (COM_DISARM_LAND 0)."""
@@ -43,6 +44,10 @@ class VehicleStatus:
         battery: remaining charge (0 to 1); None when it does not tell.
         home: in NED of its local origin (m); None until it tells.
         landed_s: since when it is `landed` so (companion clock, s).
+        estimator: largest innovation test ratio; infinite where a part of the estimate is missing, NaN where
+            it does not tell.
+        gps_lost_s: since when there is no fix in three dimensions any more (companion clock, s); infinite
+            where there is one, or never was.
     """
 
     armed: bool
@@ -51,6 +56,8 @@ class VehicleStatus:
     battery: float | None = None
     home: Vec3 | None = None
     landed_s: float = math.inf
+    estimator: float = math.nan
+    gps_lost_s: float = math.inf
 
     def is_down(self, now_s: float) -> bool:
         """Whether a landing is over: it is on the ground, and disarmed, or does not disarm itself."""
@@ -64,10 +71,18 @@ class StatusWatch:
     def __init__(self, connection: Connection) -> None:
         self.status = VehicleStatus(*_armed_and_mode(connection.heartbeat))
         self._mode_told_s = -math.inf
+        self._had_fix = False
         connection.subscribe(mavlink.MAVLink_heartbeat_message, self._on_heartbeat)
         connection.subscribe(mavlink.MAVLink_current_mode_message, self._on_current_mode)
         connection.subscribe(mavlink.MAVLink_extended_sys_state_message, self._on_extended_state)
         connection.subscribe(mavlink.MAVLink_sys_status_message, self._on_system_status)
+        connection.subscribe(mavlink.MAVLink_gps_raw_int_message, self._on_gps)
+        connection.subscribe(
+            mavlink.MAVLink_estimator_status_message, lambda told: self._take_estimator(of_px4(told))
+        )
+        connection.subscribe(
+            mavlink.MAVLink_ekf_status_report_message, lambda told: self._take_estimator(of_ardupilot(told))
+        )
         if connection.heartbeat.autopilot == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA:
             self._home_place: Place | None = None
             self._origin: Place | None = None
@@ -95,6 +110,16 @@ class StatusWatch:
     def _on_system_status(self, message: mavlink.MAVLink_sys_status_message) -> None:
         percent = message.battery_remaining
         self.status = replace(self.status, battery=percent / 100.0 if percent >= 0 else None)
+
+    def _on_gps(self, message: mavlink.MAVLink_gps_raw_int_message) -> None:
+        has_fix = message.fix_type >= mavlink.GPS_FIX_TYPE_3D_FIX
+        self._had_fix = self._had_fix or has_fix
+        lost_s = min(self.status.gps_lost_s, clock.now()) if self._had_fix and not has_fix else math.inf
+        if lost_s != self.status.gps_lost_s:
+            self.status = replace(self.status, gps_lost_s=lost_s)
+
+    def _take_estimator(self, told: Estimator) -> None:
+        self.status = replace(self.status, estimator=math.inf if told.missing else told.worst_ratio)
 
     def _on_home(self, message: mavlink.MAVLink_home_position_message) -> None:
         if math.isfinite(message.x + message.y + message.z):

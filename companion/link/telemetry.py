@@ -24,12 +24,18 @@ _RATES_HZ = {
     mavlink.MAVLINK_MSG_ID_ATTITUDE: 100.0,
     mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: 5.0,
     mavlink.MAVLINK_MSG_ID_HOME_POSITION: 0.5,
+    mavlink.MAVLINK_MSG_ID_SYS_STATUS: 2.0,
+    mavlink.MAVLINK_MSG_ID_GPS_RAW_INT: 2.0,
 }
 _OWN_RATES_HZ = {
-    mavlink.MAV_AUTOPILOT_PX4: {mavlink.MAVLINK_MSG_ID_CURRENT_MODE: 10.0},
+    mavlink.MAV_AUTOPILOT_PX4: {
+        mavlink.MAVLINK_MSG_ID_CURRENT_MODE: 10.0,
+        mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS: 2.0,
+    },
     mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA: {
         mavlink.MAVLINK_MSG_ID_HEARTBEAT: 5.0,
         mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN: 0.5,
+        mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT: 2.0,
     },
 }
 """Of one autopilot or the other. A change of mode must not wait for a heartbeat a second: PX4 sends these at

@@ -17,6 +17,7 @@ from companion.errors import RefusedError, TakenError, TrackingError
 from companion.flight.flight import After, FlightPlan, fly
 from companion.flight.guard import GuardLimits
 from companion.flight.strategies import position_velocity_acceleration
+from companion.flight.watchdogs import Watchdog, Watchdogs
 from companion.link import connect, start_telemetry
 from companion.link.dialect import mavlink
 from sitl.endpoints import Endpoint, ardupilot_endpoints
@@ -28,6 +29,8 @@ ARM, TAKEOFF = mavlink.MAV_CMD_COMPONENT_ARM_DISARM, mavlink.MAV_CMD_NAV_TAKEOFF
 SET_MODE, LAND = mavlink.MAV_CMD_DO_SET_MODE, mavlink.MAV_CMD_NAV_LAND
 LOITER = (5, 0)
 GUID_TIMEOUT_S = 3.0
+
+PATIENT = Watchdogs(state_age_s=Watchdog(limit=5.0), lateness_s=Watchdog(limit=5.0))
 
 
 def ardupilot(conditions: str = "ideal", vehicle: str = "arducopter_sitl") -> TamperedLink:
@@ -187,7 +190,7 @@ async def test_it_is_flown_over_udp() -> None:
                 straight(),
                 position_velocity_acceleration,
                 settle_s=0.5,
-                limits=GuardLimits(state_age_s=5.0),  # a busy machine is no fault of the link
+                limits=GuardLimits(watchdogs=PATIENT),  # a busy machine is no fault of the link
             )
             outcome = await fly(plan, autopilot, telemetry, provenance=PROVENANCE)
         serving.cancel()

@@ -13,12 +13,15 @@ from companion.autopilot import detect
 from companion.errors import LinkError
 from companion.flight.flight import FlightOutcome, FlightPlan, fly
 from companion.flight.guard import GuardLimits
+from companion.flight.watchdogs import Watchdog, Watchdogs
 from companion.link import connect, start_telemetry
 from sitl.endpoints import Endpoint
 from sitl.mavlink import OFFBOARD, MavlinkVehicle, open_vehicle
 from sitl.server import Served, serve
 
 pytestmark = pytest.mark.realtime
+
+PATIENT = Watchdogs(state_age_s=Watchdog(limit=5.0), lateness_s=Watchdog(limit=5.0))
 
 
 @pytest.fixture
@@ -48,7 +51,7 @@ async def flown(port: int, system_id: int | None = None) -> FlightOutcome:
     async with connect(f"udpin://127.0.0.1:{port}", system_id=system_id) as connection:
         telemetry = await start_telemetry(connection)
         autopilot = await detect(connection, telemetry)
-        limits = GuardLimits(state_age_s=5.0)  # a busy machine is no fault of the link
+        limits = GuardLimits(watchdogs=PATIENT)  # a busy machine is no fault of the link
         plan = FlightPlan(straight(), settle_s=0.5, limits=limits)
         return await fly(plan, autopilot, telemetry, provenance=PROVENANCE)
 

@@ -18,6 +18,7 @@ from companion.flight.guard import GuardLimits
 from companion.flight.heading import YawMode
 from companion.flight.reference import Reference
 from companion.flight.strategies import position_velocity
+from companion.flight.watchdogs import Watchdog, Watchdogs
 from companion.link.dialect import Message, mavlink
 from companion.state import VehicleState
 from companion.trajectory import Trajectory
@@ -124,7 +125,7 @@ def test_after_a_gap_in_the_link_nothing_is_sent(vehicle: str, silent_s: float, 
 
         asyncio.get_running_loop().call_later(silent_s, mended)
 
-    limits = GuardLimits(state_age_s=state_age_s)
+    limits = GuardLimits(watchdogs=Watchdogs(state_age_s=Watchdog(limit=state_age_s)))
     _, _, error = fly_with(link, trouble, plan=FlightPlan(FAR, limits=limits))
     if silent_s < min(timeout_s, state_age_s):
         assert error is None

@@ -5,7 +5,8 @@ from typing import Any
 
 from companion.autopilot import Identity
 from companion.doctor import Finding, Observation, judge
-from companion.doctor.observation import Estimator, Health, Loss, RoundTrips, Stream
+from companion.doctor.observation import Health, Loss, RoundTrips, Stream
+from companion.link.estimator import Estimator
 
 _STREAMS = {"LOCAL_POSITION_NED": Stream(98.0, 0.002, 0.03), "ATTITUDE": Stream(98.0, 0.002, 0.03)}
 PX4 = Observation(

@@ -10,8 +10,9 @@ from observations import ARDUPILOT, PX4, found
 from companion.autopilot import Identity
 from companion.doctor import Observation, Severity, judge
 from companion.doctor.checks import RULES
-from companion.doctor.observation import Estimator, Loss, Peer, RoundTrips, Stream
+from companion.doctor.observation import Loss, Peer, RoundTrips, Stream
 from companion.link.dialect import mavlink
+from companion.link.estimator import Estimator
 
 STOPS, WARNS, FINE = Severity.STOPS, Severity.WARNS, Severity.FINE
 OTHER_VEHICLE = Peer(2, 1, mavlink.MAV_TYPE_QUADROTOR, mavlink.MAV_AUTOPILOT_PX4)

@@ -1,0 +1,53 @@
+"""Reads what the watchdogs watch while our setpoints are flown, and has them act."""
+
+import asyncio
+from collections.abc import Callable
+
+from companion import clock
+from companion.flight.stream import SetpointStream
+from companion.flight.watchdogs import Action, Alarm, Readings, Since, WatchdogError, Watchdogs, watch
+from companion.link.status import VehicleStatus
+
+_LOOK_EVERY_S = 0.05
+
+
+async def keep_watch(
+    watchdogs: Watchdogs, read: Callable[[float], Readings], fall_back: Callable[[Alarm], None]
+) -> None:
+    """Watch until cancelled.
+
+    Args:
+        watchdogs: the table.
+        read: what there is to be read at a time (companion clock, s).
+        fall_back: called with each alarm that asks for no more than that.
+
+    Raises:
+        WatchdogError: one asks for more.
+    """
+    since: Since = {}
+    acted: set[str] = set()
+    while True:
+        now_s = clock.now()
+        since, alarms = watch(watchdogs, read(now_s), now_s, since)
+        acted &= since.keys()
+        for alarm in alarms:
+            if alarm.watchdog.action is not Action.FALL_BACK:
+                raise WatchdogError(str(alarm), alarm.watchdog.action)
+            if alarm.name not in acted:
+                acted.add(alarm.name)
+                fall_back(alarm)
+        await asyncio.sleep(_LOOK_EVERY_S)
+
+
+def readings(stream: SetpointStream, status: VehicleStatus, temperature_c: float, now_s: float) -> Readings:
+    """What is known at `now_s` (companion clock, s)."""
+    return Readings(
+        lateness_s=stream.take_lateness_s(),
+        computing=stream.computing,
+        unpredicted_m=stream.control.unpredicted_m,
+        off_course_m=stream.control.error_m,
+        battery_used=float("nan") if status.battery is None else 1.0 - status.battery,
+        estimator=status.estimator,
+        gps_lost_s=now_s - status.gps_lost_s,
+        temperature_c=temperature_c,
+    )
