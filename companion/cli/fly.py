@@ -153,7 +153,9 @@ def fly(
         model_sha256=options.model_sha256(model),
     )
     request = Request(
-        address, system_id, limits, course, about, technique, key, forward or (), accept_failsafe
+        *(address, system_id, limits, course, about, technique, key, forward or ()),
+        accept_failsafe=accept_failsafe,
+        notes=log_dir,
     )
     flown = _conduct(request, record, console)
     show(console, *_lines(flown.outcome))

@@ -15,6 +15,7 @@ from companion.autopilot import Autopilot, Identity, detect, identify
 from companion.cli.display import FlightDisplay
 from companion.cli.recorded import link_text, recorded, versions
 from companion.cli.thermometer import Thermometer
+from companion.cli.unfinished import FlightNote
 from companion.doctor.failsafe import failsafe_findings, require_safe
 from companion.doctor.finding import Severity
 from companion.errors import NoReplyError
@@ -116,6 +117,7 @@ class Request:
         signing: the key of a signed link.
         forward: where ground stations share the link.
         accept_failsafe: fly although the autopilot's failsafe is unsafe.
+        notes: folder for the note of a flight under way; None for none.
     """
 
     address: Address
@@ -127,6 +129,7 @@ class Request:
     signing: SigningKey | None = None
     forward: Sequence[str] = ()
     accept_failsafe: bool = False
+    notes: Path | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,15 +211,17 @@ async def _fly(request: Request, record: Path | None, console: Console) -> Flown
             await _look_at_failsafe(connection, identity, request.accept_failsafe, display.phase)
             autopilot = await detect(connection, telemetry)
             limits = await _limits(request.limits, autopilot, display.phase)
+            plan = await request.course.lay(connection, telemetry, limits, display.phase)
+            note = _note(request, connection.system_id)
             outcome = await fly(
-                await request.course.lay(connection, telemetry, limits, display.phase),
+                plan if note is None else replace(plan, cut_off=note.former()),
                 autopilot,
                 telemetry,
                 provenance=request.provenance,
                 recorder=recorder,
                 announce=display.phase,
                 progress=display.progress,
-                on_state=partial(_tell_state, connection),
+                on_state=partial(_tell_state, connection, note),
                 temperature_c=lambda: thermometer.celsius,
             )
             return Flown(outcome, connection.system_id, identity)
@@ -234,8 +239,17 @@ async def _look_at_failsafe(
             announce(f"{finding.topic}: {finding.seen}: {finding.advice}")
 
 
-def _tell_state(connection: Connection, state: FlightState) -> None:
-    """Say to everyone on the link what the flight came to."""
+def _note(request: Request, system_id: int) -> FlightNote | None:
+    """The note of flights of a vehicle that outlives this process."""
+    if request.notes is None or isinstance(request.address, Simulated):
+        return None
+    return FlightNote(request.notes, system_id, request.course.name)
+
+
+def _tell_state(connection: Connection, note: FlightNote | None, state: FlightState) -> None:
+    """Note what the flight came to, and say it to everyone on the link."""
+    if note is not None:
+        note.state(state)
     worse = state in (FlightState.YIELDED, FlightState.FAILED)
     severity = mavlink.MAV_SEVERITY_WARNING if worse else mavlink.MAV_SEVERITY_INFO
     connection.send(mavlink.MAVLink_statustext_message(severity, f"companion: {state}".encode()))

@@ -310,6 +310,11 @@ class _Flight:
             return await take_off(self.autopilot, self.telemetry, self.plan.takeoff_altitude_m, self.note)
         self.came(Event.FIND_FLYING)
         self.found_in = self.autopilot.mode
+        if self.plan.cut_off and not self.plan.resume:
+            raise FlightError(
+                f"the vehicle is in the air, armed, in {self.found_in}: {self.plan.cut_off} was cut off there. "
+                "Nothing was sent: --resume takes it over and goes on at the nearest point"
+            )
         action = "resuming where it is" if self.plan.resume else "going to the start from there"
         self.note(f"already in the air, in {self.found_in}: {action}")
         return await home_of(self.telemetry, self.note)

@@ -40,6 +40,8 @@ class FlightPlan:
         after: how the vehicle is handed back.
         yaw: where the nose points.
         resume: take over a vehicle that is in the air, where it is, and go on at the nearest point.
+        cut_off: what the last flight of this vehicle was called, if nobody knows how it ended: a vehicle that
+            it left in the air is not taken over but to resume.
     """
 
     trajectory: Trajectory
@@ -54,6 +56,7 @@ class FlightPlan:
     after: After = After.HOLD
     yaw: YawMode = YawMode.HOLD
     resume: bool = False
+    cut_off: str = ""
 
 
 @dataclass(frozen=True)
