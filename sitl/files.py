@@ -1,5 +1,7 @@
 """Configuration files: where they are, and how one becomes a validated model."""
 
+import reprlib
+from collections import Counter
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -9,6 +11,9 @@ from pydantic import BaseModel, ValidationError
 from sitl.errors import ConfigError
 
 ModelT = TypeVar("ModelT", bound=BaseModel)
+
+LARGEST_FILE_BYTES = 1_000_000
+"""No configuration file may be larger; those that ship have a few kilobytes."""
 
 _SUFFIXES = (".yaml", ".yml")
 
@@ -64,25 +69,38 @@ def load(model: type[ModelT], kind: str, name_or_path: str | Path) -> ModelT:
 
 
 class _Loader(yaml.SafeLoader):
-    """Plain YAML in which a key may not be given twice."""
+    """Plain YAML in which a key may not be given twice, and nothing refers to what is elsewhere in it.
+
+    With aliases, a file of a kilobyte can mean gigabytes.
+    """
+
+    def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
+        if self.check_event(yaml.AliasEvent):
+            raise yaml.YAMLError("aliases (*name) are not taken: write the value out")
+        return super().compose_node(parent, index)
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        keys = [str(key.value) for key, _ in node.value]
-        for key in keys:
-            if keys.count(key) > 1:
+        for key, count in Counter(str(key.value) for key, _ in node.value).items():
+            if count > 1:
                 raise KeyFaultError(key, "given twice")
         return super().construct_mapping(node, deep)
 
 
 def _mapping(path: Path) -> dict[str, Any]:
     try:
-        content = yaml.load(path.read_text(encoding="utf-8"), _Loader)
+        with path.open("rb") as file:
+            text = file.read(LARGEST_FILE_BYTES + 1)
+        if len(text) > LARGEST_FILE_BYTES:
+            raise ConfigError(path, "", f"larger than {LARGEST_FILE_BYTES} bytes")
+        content = yaml.load(text.decode(), _Loader)
     except KeyFaultError as fault:
         raise ConfigError(path, fault.key, fault.reason) from None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ConfigError(path, "", f"not readable as YAML: {' '.join(str(error).split())}") from None
     except OSError as error:
         raise ConfigError(path, "", error.strerror or str(error)) from None
+    except RecursionError:
+        raise ConfigError(path, "", "brackets within brackets within brackets, too deep to be read") from None
+    except (yaml.YAMLError, ValueError) as error:  # dates and numbers that are none, too
+        raise ConfigError(path, "", f"not readable as YAML: {' '.join(str(error).split())}") from None
     if not isinstance(content, dict):
         raise ConfigError(path, "", "expected `key: value` lines")
     return content
@@ -99,4 +117,4 @@ def _first_fault(error: ValidationError) -> tuple[str, str]:
         return key, "unknown key; see docs for the keys that exist"
     if fault["type"] == "missing":
         return key, "missing; this value has no default"
-    return key, f"{fault['msg']} (got {fault['input']!r})"
+    return key, f"{fault['msg']} (got {reprlib.repr(fault['input'])})"

@@ -1,12 +1,26 @@
 """The guard's limits from a YAML file, such as `config/guard.yaml`, which describes the keys."""
 
+import reprlib
 from pathlib import Path
 
 import yaml
 from pydantic import ValidationError
 
+from companion.bounded_file import read_bounded
 from companion.errors import InputError
 from companion.flight.guard import GuardLimits
+
+LARGEST_FILE_BYTES = 1_000_000
+"""The file that ships has two kilobytes."""
+
+
+class _Loader(yaml.SafeLoader):
+    """Plain YAML without aliases, with which a file of a kilobyte can mean gigabytes."""
+
+    def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
+        if self.check_event(yaml.AliasEvent):
+            raise yaml.YAMLError("aliases (*name) are not taken: write the value out")
+        return super().compose_node(parent, index)
 
 
 def read_guard_limits(path: Path) -> GuardLimits:
@@ -16,10 +30,10 @@ def read_guard_limits(path: Path) -> GuardLimits:
         InputError: it cannot be read, or a value is wrong; names the file, the key and what is expected.
     """
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        content = yaml.load(read_bounded(path, LARGEST_FILE_BYTES).decode(), _Loader)
+    except RecursionError as error:
+        raise InputError(f"{path}: brackets within brackets, too deep to be read") from error
+    except (yaml.YAMLError, ValueError) as error:  # dates and numbers that are none, too
         raise InputError(f"{path}: not YAML: {' '.join(str(error).split())}") from error
     try:
         return GuardLimits.model_validate({} if content is None else content)
@@ -30,4 +44,4 @@ def read_guard_limits(path: Path) -> GuardLimits:
             raise InputError(
                 f"{path}: {key}: no such key; config/guard.yaml shows those there are"
             ) from error
-        raise InputError(f"{path}: {key}: {fault['msg']}, got {fault['input']!r}") from error
+        raise InputError(f"{path}: {key}: {fault['msg']}, got {reprlib.repr(fault['input'])}") from error

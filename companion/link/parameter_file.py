@@ -10,11 +10,16 @@ from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from companion.bounded_file import read_bounded
 from companion.errors import InputError
 from companion.link.dialect import mavlink
 from companion.link.parameter_encoding import Number, Parameter, ParameterType
 
+LARGEST_FILE_BYTES = 1_000_000
+"""Two thousand parameters take a tenth of it."""
+
 _QGC_COLUMNS = 5
+_TYPES: dict[object, ParameterType] = {str(kind.value): kind for kind in ParameterType}
 _SEPARATOR = re.compile(r"\s*[,=]\s*|\s+")
 
 
@@ -50,9 +55,7 @@ def read_parameter_file(path: Path) -> Sequence[FileParameter]:
         InputError: it cannot be read, has a line that is no parameter, or has one twice.
     """
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from error
+        text = read_bounded(path, LARGEST_FILE_BYTES).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: not a text file") from error
     found: dict[tuple[int | None, str], FileParameter] = {}
@@ -101,16 +104,16 @@ def _parameter(path: Path, number: int, content: str) -> FileParameter:
     columns = content.split("\t")
     if len(columns) == _QGC_COLUMNS:
         _, component, name, value, kind = (column.strip() for column in columns)
-        fields = {"component": component, "name": name, "value": value, "type": kind}
+        fields: dict[str, object] = {"component": component, "name": name, "value": value, "type": kind}
     else:
         columns = _SEPARATOR.split(content)
         if len(columns) != 2:
             raise InputError(
-                f"{path}, line {number}: {content!r} is no name and value, nor a QGroundControl line"
+                f"{path}, line {number}: {content[:60]!r} is no name and value, nor a QGroundControl line"
             )
         fields = {"name": columns[0], "value": columns[1]}
-    if fields.get("type", "").isdecimal():
-        fields["type"] = int(fields["type"])  # type: ignore[assignment]  # pydantic takes enums by number
+    if fields.get("type") in _TYPES:
+        fields["type"] = _TYPES[fields["type"]]
     try:
         return FileParameter.model_validate({"line": number, **fields})
     except ValidationError as error:

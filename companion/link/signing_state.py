@@ -13,6 +13,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from companion.bounded_file import read_bounded
 from companion.errors import InputError
 from companion.link.signing import (
     LARGEST_STREAMS,
@@ -25,6 +26,7 @@ from companion.link.signing import (
 )
 from companion.link.tasks import background_tasks
 
+_LARGEST_FILE_BYTES = 1_000_000
 _SAVE_INTERVAL_S = 2.0
 _AHEAD = 5 * TICKS_PER_S
 
@@ -84,12 +86,10 @@ def _state(signer: Signer, ahead: int = 0) -> _State:
 
 
 def _read(path: Path) -> _State:
-    try:
-        return _State.model_validate_json(path.read_bytes())
-    except FileNotFoundError:
+    if not path.exists():
         return _State()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from error
+    try:
+        return _State.model_validate_json(read_bounded(path, _LARGEST_FILE_BYTES))
     except ValidationError as error:
         raise InputError(
             f"{path}: these are no timestamps of signatures; remove it to begin at this machine's time"

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from companion.bounded_file import read_bounded
 from companion.errors import InputError
 from companion.mission.items import Plan, naming
 from companion.mission.plan_file import parse_plan, plan_text
@@ -17,7 +18,7 @@ def read_plan(path: Path) -> Plan:
     Raises:
         InputError: it cannot be read, is too large, or something in it is wrong; names the key or the line.
     """
-    content = _content(path)
+    content = read_bounded(path, LARGEST_FILE_BYTES)
     with naming(str(path)):
         if content.lstrip()[:1] == b"{":
             return parse_plan(content)
@@ -43,14 +44,3 @@ def write_plan(plan: Plan, path: Path) -> None:
             path.write_text(text, encoding="utf-8")
         except OSError as error:
             raise InputError(f"cannot be written: {error.strerror}") from error
-
-
-def _content(path: Path) -> bytes:
-    try:
-        with path.open("rb") as file:
-            content = file.read(LARGEST_FILE_BYTES + 1)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from error
-    if len(content) > LARGEST_FILE_BYTES:
-        raise InputError(f"{path}: larger than {LARGEST_FILE_BYTES // 1_000_000} MB: no plan is")
-    return content

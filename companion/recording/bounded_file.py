@@ -1,6 +1,7 @@
 """The bytes of a file that a user names, packed with xz or not, and never more than can be held."""
 
 import lzma
+import os
 from pathlib import Path
 
 from companion.errors import InputError
@@ -21,9 +22,11 @@ def read_bytes(path: Path) -> bytes:
         InputError: it cannot be read, is larger than `MAX_BYTES`, or is damaged where it is packed.
     """
     try:
-        if path.stat().st_size > MAX_BYTES:
-            raise too_large(path)
-        content = path.read_bytes()
+        with path.open("rb") as file:
+            size = os.fstat(file.fileno()).st_size
+            if size > MAX_BYTES:
+                raise too_large(path)
+            content = file.read(size)  # a device, which has no end, has no size either
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from error
     return _unpacked(content, path) if path.suffix.lower() == ".xz" else content

@@ -9,7 +9,11 @@ from typing import Self
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError, model_validator
 
+from companion.bounded_file import read_bounded
 from companion.errors import InputError
+
+LARGEST_FILE_BYTES = 1_000_000
+"""A card of a hundred segments has twenty kilobytes."""
 
 
 class CardWindow(BaseModel):
@@ -69,12 +73,10 @@ def read_card(log: Path) -> Card:
         InputError: it cannot be read, or a value is wrong; names the file and the key.
     """
     path = log.with_name(f"{log_name(log)}.json")
-    try:
-        return Card.model_validate_json(path.read_bytes())
-    except FileNotFoundError:
+    if not path.exists():
         return Card()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
+    try:
+        return Card.model_validate_json(read_bounded(path, LARGEST_FILE_BYTES))
     except ValidationError as error:
         fault = error.errors(include_url=False)[0]
         key = ".".join(map(str, fault["loc"])) or "the file"

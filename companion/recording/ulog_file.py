@@ -88,7 +88,8 @@ def _sampled(log: ULog, topic: str, *names: str) -> Sampled:
     missing = [name for name in ("timestamp", *names) if name not in data]
     if missing:
         raise InputError(f"topic {topic} has no field {missing[0]}: logs of PX4 1.14 to 1.16 are read")
-    columns = [np.asarray(data[name], dtype=np.float64) for name in names]
+    with np.errstate(invalid="ignore"):  # of a damaged log, a field may hold anything
+        columns = [np.asarray(data[name], dtype=np.float64) for name in names]
     return np.asarray(data["timestamp"] * 1e-6), np.column_stack(columns)
 
 

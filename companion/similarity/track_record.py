@@ -7,9 +7,11 @@ from typing import NamedTuple
 import numpy as np
 from pydantic import BaseModel, ConfigDict, FiniteFloat, ValidationError
 
+from companion.bounded_file import read_bounded
 from companion.errors import InputError
 from companion.similarity.verdict import Verdict
 
+_LARGEST_FILE_BYTES = 50_000_000
 _WORSE = 0.03
 _WORSE_M = 0.005
 """A network harms where the RMS error with it is greater by more than both."""
@@ -65,9 +67,7 @@ def read_flown_pairs(file: Path) -> FlownPairs:
         InputError: it cannot be read, or is of another form; names the key.
     """
     try:
-        return FlownPairs.model_validate_json(file.read_bytes())
-    except OSError as error:
-        raise InputError(f"{file}: cannot be read ({error.strerror})") from error
+        return FlownPairs.model_validate_json(read_bounded(file, _LARGEST_FILE_BYTES))
     except ValidationError as error:
         fault = error.errors(include_url=False)[0]
         key = ".".join(map(str, fault["loc"])) or "the file"

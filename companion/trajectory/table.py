@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from companion.arrays import Array
+from companion.bounded_file import read_bounded
 from companion.errors import InputError
 
 LARGEST_FILE_BYTES = 20_000_000
@@ -54,13 +55,7 @@ def read_table(path: Path) -> Table:
 
 
 def _text(path: Path) -> str:
-    try:
-        with path.open("rb") as file:
-            content = file.read(LARGEST_FILE_BYTES + 1)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from error
-    if len(content) > LARGEST_FILE_BYTES:
-        raise InputError(f"{path}: larger than {LARGEST_FILE_BYTES // 1_000_000} MB; give fewer rows")
+    content = read_bounded(path, LARGEST_FILE_BYTES)
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
