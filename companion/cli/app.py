@@ -30,6 +30,7 @@ BENCHMARKS = {
     "step": "What one control step costs.",
     "transfer": "Every vehicle's inverse network on every other vehicle.",
     "faults": "One thing after the other fails in flight: what is done, and how it ends.",
+    "fuzz": "Hostile bytes through every reader: no crash, no hang, no valid frame lost.",
     "fidelity": "Recordings of real vehicles against their simulated twins.",
 }
 MISSION = {
