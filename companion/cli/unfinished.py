@@ -1,4 +1,4 @@
-"""A note on disk of a flight under way, which one that is cut off (by `kill -9`, a power cut) leaves behind."""
+"""A note on disk of a flight under way, which one that is cut off (`kill -9`, a power cut) leaves behind."""
 
 import json
 from pathlib import Path

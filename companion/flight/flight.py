@@ -271,8 +271,8 @@ class _Flight:
         try:
             async with asyncio.timeout(_HAND_OVER_S):
                 await self.autopilot.hold()
-            self.note("the vehicle holds")
             self.came(Event.HOLD)
+            self.note("the vehicle holds")
         except (ImpromptuError, TimeoutError) as error:
             self.note(f"could not be told to hold ({error}): without setpoints its own failsafe acts")
             self.came(Event.LOSE if isinstance(error, LinkError) else Event.FAIL)
@@ -312,8 +312,8 @@ class _Flight:
         self.found_in = self.autopilot.mode
         if self.plan.cut_off and not self.plan.resume:
             raise FlightError(
-                f"the vehicle is in the air, armed, in {self.found_in}: {self.plan.cut_off} was cut off there. "
-                "Nothing was sent: --resume takes it over and goes on at the nearest point"
+                f"the vehicle is in the air, armed, in {self.found_in}: {self.plan.cut_off} was cut off "
+                "there. Nothing was sent: --resume takes it over and goes on at the nearest point"
             )
         action = "resuming where it is" if self.plan.resume else "going to the start from there"
         self.note(f"already in the air, in {self.found_in}: {action}")
