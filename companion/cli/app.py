@@ -31,6 +31,7 @@ BENCHMARKS = {
     "transfer": "Every vehicle's inverse network on every other vehicle.",
     "faults": "One thing after the other fails in flight: what is done, and how it ends.",
     "fuzz": "Hostile bytes through every reader: no crash, no hang, no valid frame lost.",
+    "soak": "Hours of simulated flight: memory, lateness, records.",
     "fidelity": "Recordings of real vehicles against their simulated twins.",
 }
 MISSION = {
