@@ -1,5 +1,6 @@
 """The online module in flight: pairs what was sent with where it led, and corrects what is sent next."""
 
+import math
 from bisect import bisect_left
 from collections import deque
 from dataclasses import dataclass
@@ -102,7 +103,8 @@ class OnlineCorrection:
         u2 = limit_length(alpha * error, self.settings.longest_m)
         velocity = self._velocity_correction(u2, velocity_error, loop)
         self._previous_u2 = u2
-        return OnlineStep(Correction(u2, velocity), predicted, alpha)
+        correction = within_pull(Correction(u2, velocity), self.loop, self.settings.sideways_m_s2)
+        return OnlineStep(correction, predicted, alpha)
 
     def sent(
         self, reference: Reference, trajectory: DesiredMotion, time_s: float, state: VehicleState
@@ -165,6 +167,16 @@ class OnlineCorrection:
         now = self._situation
         feedforward = np.zeros(3) if u.acceleration is None else u.acceleration
         return Step(now.x, u.position, u.velocity, *now.desired, feedforward, *now.recent)
+
+
+def within_pull(correction: Correction, loop: PositionLoop, sideways_m_s2: float) -> Correction:
+    """The correction, scaled down horizontally until it pulls no harder than this (m/s²)."""
+    north, east, _ = correction.pull(*loop)
+    pull_m_s2 = math.hypot(north, east)
+    if not pull_m_s2 > sideways_m_s2:
+        return correction
+    part = np.array((sideways_m_s2 / pull_m_s2, sideways_m_s2 / pull_m_s2, 1.0))
+    return Correction(part * correction.position, part * correction.velocity)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

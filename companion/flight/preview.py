@@ -23,6 +23,10 @@ class DesiredMotion(Protocol):
         """The sample at `time_s` of its own clock (s)."""
         ...
 
+    def __hash__(self) -> int:
+        """What was asked of it may be remembered."""
+        ...
+
 
 def state_of(state: VehicleState) -> Float[Array, "12"]:
     """x(k) of the paper (`features.state_vector`)."""

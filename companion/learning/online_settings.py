@@ -36,6 +36,8 @@ class OnlineSettings(BaseModel):
         gain: α, constant or estimated.
         longest_m: u2 is scaled down to this length (m): an error that takes more shows a vehicle at its
             limits, and the correction would only drive it against them.
+        sideways_m_s2: the horizontal pull of the correction is scaled down to this: autopilots accelerate only
+            so much (ArduPilot's WPNAV_ACCEL, 2.5 m/s²), and what they do not obey makes large errors swing.
         corrected: the whole predicted error, as in the paper, or what of it comes of the vehicle's deviation
             from its trajectory: the error at the operating point, the trajectory itself, is taken off. It is
             a matter of u1, and from ten seconds of flight near the trajectory badly known.
@@ -62,6 +64,7 @@ class OnlineSettings(BaseModel):
     gain: Gain
     corrected: Literal["error", "deviation"] = "error"
     longest_m: PositiveFloat = 1.0
+    sideways_m_s2: PositiveFloat = 100.0
     velocity: Literal["finite_difference", "predicted", "uncorrected"]
     damping_1_s: NonNegativeFloat = 0.0
     lead: ReferenceLead = ReferenceLead()
@@ -100,6 +103,7 @@ DEFAULT = OnlineSettings(
     gain=StiffnessGain(stiffness_1_s2=24.0),
     corrected="deviation",
     longest_m=0.95,  # within the guard's usual limit
+    sideways_m_s2=2.0,
     velocity="predicted",
     damping_1_s=10.0,
     lead=ReferenceLead(position_s=0.03, velocity_s=0.06, acceleration_s=0.15),

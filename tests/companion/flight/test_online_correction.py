@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from companion.arrays import Vec3
-from companion.flight.online_correction import MotionHistory, OnlineCorrection
+from companion.autopilot.position_loop import PositionLoop
+from companion.flight.online_correction import MotionHistory, OnlineCorrection, within_pull
 from companion.flight.preview import desired_ahead
-from companion.flight.reference import Reference
+from companion.flight.reference import Correction, Reference
 from companion.flight.strategies import position_velocity
 from companion.flight.tracker import Tracker
 from companion.learning.correction import ConstantGain
@@ -178,3 +179,14 @@ def test_nothing_is_learned_across_a_jump_of_the_estimate(jumps: bool) -> None:
                 tracker.forget_motion()
     assert learned > 0
     assert (len(correction._model) == learned) is jumps
+
+
+@pytest.mark.parametrize("times", [0.1, 1.0, 1.9, 2.1, 30.0])
+def test_a_correction_pulls_sideways_no_harder_than_it_may(times: float) -> None:
+    loop = PositionLoop(np.array([3.0, 3.0, 5.0]), np.array([2.0, 2.0, 2.0]))
+    asked = Correction(times * np.array([0.2, 0.0, 0.3]), times * np.array([0.0, 0.4, -0.1]))
+    pull = asked.pull(*loop)
+    limited = within_pull(asked, loop, 2.0).pull(*loop)
+    hardest = min(np.hypot(*pull[:2]), 2.0)
+    np.testing.assert_allclose(limited[:2], hardest * pull[:2] / np.hypot(*pull[:2]))
+    assert limited[2] == pull[2]
