@@ -5,7 +5,7 @@ from collections.abc import Callable
 from companion import clock
 from companion.arrays import Vec3
 from companion.autopilot.flight_modes import MODE_TIMEOUT_S, FlightModes
-from companion.errors import NoReplyError
+from companion.errors import FlightError, NoReplyError
 from companion.link.command import command
 from companion.link.connection import Connection
 from companion.link.dialect import mavlink
@@ -38,11 +38,15 @@ async def until_climbed(
 
     Raises:
         TakenError: it left the modes of a takeoff, `own`, unasked.
-        FlightError, LinkError: as `FlightModes.until`.
+        FlightError: it disarmed; and as `FlightModes.until`, as LinkError.
     """
     enough_m = altitude_m - _TAKEOFF_TOLERANCE_M
 
+    was_armed = telemetry.status.armed
+
     def is_there() -> bool:
+        if was_armed and not telemetry.status.armed:
+            raise FlightError("the vehicle disarmed in its takeoff: see what it says, and its log")
         state = telemetry.state
         return finished() or (state is not None and start[2] - state.position[2] >= enough_m)
 

@@ -14,9 +14,8 @@ from rich.console import Console
 from companion.cli import options
 from companion.cli.flying import Placed, Request, conduct, provenance, show, vehicle_name
 from companion.errors import InputError
-from companion.flight.fence import Fence
 from companion.flight.flight import FlightPlan
-from companion.flight.guard import GuardLimits
+from companion.flight.guard import GuardLimits, require_flyable
 from companion.flight.strategies import Strategy, reference_law
 from companion.flight.technique import Technique
 from companion.link import parse_address
@@ -85,7 +84,7 @@ def collect(
     key = options.signing_key(signing_key)
     files = _files(output, flights)
     for number, file in enumerate(map(options.writable, files)):
-        trajectory_within = partial(_training, duration, box, seed + number, guard_limits.fence)
+        trajectory_within = partial(_training, duration, box, seed + number, guard_limits)
         plan = FlightPlan(
             trajectory_within(LIMITS),
             law=reference_law(strategy),
@@ -130,9 +129,9 @@ def _drawn(address: Address, spread: float, seed: int) -> Iterator[tuple[Address
 
 
 def _training(
-    duration_s: float, box_m: tuple[float, float, float], seed: int, fence: Fence, limits: Limits
+    duration_s: float, box_m: tuple[float, float, float], seed: int, guard: GuardLimits, limits: Limits
 ) -> Trajectory:
-    """The training trajectory within `limits`; InputError where it leaves the fence."""
+    """The training trajectory within `limits`; InputError where the guard would have to clip it."""
     trajectory = training_sinusoids(duration_s, box_m, limits, seed)
-    fence.require_inside(trajectory)
+    require_flyable(trajectory, guard)
     return trajectory

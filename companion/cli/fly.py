@@ -16,9 +16,8 @@ from companion.cli.flying import Course, Flown, Placed, Request, conduct, proven
 from companion.cli.recorded import usual_path
 from companion.cli.result_file import write_result
 from companion.errors import GapError, InputError, TakenError
-from companion.flight.fence import Fence
 from companion.flight.flight import After, FlightOutcome, FlightPlan
-from companion.flight.guard import GuardLimits
+from companion.flight.guard import GuardLimits, require_flyable
 from companion.flight.heading import YawMode
 from companion.flight.online_correction import OnlineCorrection
 from companion.flight.strategies import ReferenceLaw, Strategy, reference_law
@@ -178,7 +177,7 @@ def _course(
         return Planned(file.stem, read_plan(file), flight, guard, after, resume)
     file = bundled.find("trajectories", trajectory, ".csv")
     guard = guard or GuardLimits()
-    within = partial(_read, file, placement, guard.fence)
+    within = partial(_read, file, placement, guard)
     return Placed(flight(within(limits), limits=guard, after=after or After.HOLD), within)
 
 
@@ -197,10 +196,10 @@ def _conduct(request: Request, record: Path | None, console: Console) -> Flown:
         raise
 
 
-def _read(file: Path, placement: Placement, fence: Fence, limits: Limits) -> Trajectory:
-    """The trajectory in the file; InputError where it is none, or leaves the fence."""
+def _read(file: Path, placement: Placement, guard: GuardLimits, limits: Limits) -> Trajectory:
+    """The trajectory in the file; InputError where it is none, or the guard would have to clip it."""
     trajectory = read_trajectory(file, placement, limits)
-    fence.require_inside(trajectory)
+    require_flyable(trajectory, guard)
     return trajectory
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from companion.flight.fence import Fence
 from companion.flight.flight import After, FlightPlan
-from companion.flight.guard import GuardLimits
+from companion.flight.guard import GuardLimits, require_flyable
 from companion.flight.takeoff import Announce
 from companion.link.connection import Connection
 from companion.link.telemetry import Telemetry
@@ -80,6 +80,7 @@ class Planned:
         require_near(path, site.start(0.0), guard.max_distance_m)
         require_inside_box(path, *guard.fence.corners())
         trajectory = trajectory_through(self.name, path.waypoints, limits)
+        require_flyable(trajectory, guard)
         require_inside_areas(path, trajectory, areas_of(self.plan.fence, site), "plan")
         return _Laid(path, trajectory, guard)
 

@@ -307,7 +307,9 @@ class _Flight:
             if self.plan.resume:
                 raise FlightError("the vehicle is on the ground, so there is nothing to resume: fly anew")
             self.came(Event.TAKE_OFF)
-            return await take_off(self.autopilot, self.telemetry, self.plan.takeoff_altitude_m, self.note)
+            _, ceiling_m = self.plan.limits.fence.altitude_m
+            altitude_m = min(self.plan.takeoff_altitude_m, ceiling_m)
+            return await take_off(self.autopilot, self.telemetry, altitude_m, self.note)
         self.came(Event.FIND_FLYING)
         self.found_in = self.autopilot.mode
         if self.plan.cut_off and not self.plan.resume:

@@ -11,10 +11,13 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, PositiveFloat
 
 from companion.arrays import Vec3
+from companion.errors import InputError
 from companion.flight.fence import Areas, Fence, keep_inside
 from companion.flight.reference import Correction, Reference
 from companion.flight.watchdogs import Watchdogs
 from companion.state import VehicleState
+from companion.trajectory.limits import peaks_of
+from companion.trajectory.trajectory import Trajectory
 
 NO_AREAS = Areas()
 _LONGEST_STEP_S = 0.2
@@ -58,6 +61,23 @@ class GuardLimits(BaseModel):
     """From the vehicle to any waypoint of a plan: one that leads farther is refused."""
     fence: Fence = Field(default_factory=Fence)
     watchdogs: Watchdogs = Field(default_factory=Watchdogs)
+
+
+def require_flyable(trajectory: Trajectory, limits: GuardLimits) -> None:
+    """Refuse a trajectory, NED relative to the takeoff point, that the guard would have to clip.
+
+    Raises:
+        InputError: it leaves the fence, or is faster or more jolting than the limits; says by how much.
+    """
+    limits.fence.require_inside(trajectory)
+    peaks = peaks_of(trajectory)
+    for name, peak in (("speed_m_s", peaks.speed_m_s), ("acceleration_m_s2", peaks.acceleration_m_s2)):
+        limit = getattr(limits, name)
+        if peak > limit:
+            raise InputError(
+                f"{trajectory.name} asks for {name} {peak:.1f}, and the guard lets {limit:g} pass: "
+                "fly it more slowly, or allow more (--guard FILE)"
+            )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

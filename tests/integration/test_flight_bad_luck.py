@@ -302,3 +302,20 @@ def test_the_fence_holds_back_what_would_leave_it() -> None:
     assert outcome is not None
     assert outcome.clips[Clip.FENCE] > 0
     assert outcome.recording.references.position[:, 0].max() == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_vehicle_that_disarms_in_its_climb_is_not_waited_for() -> None:
+    link = TamperedLink()
+    _, _, error = fly_with(link, lambda link, _: link.simulated.reboot(), phase="taking off", after_s=3.0)
+    assert error is not None
+    assert "disarmed in its takeoff" in str(error)
+    assert not link.setpoint_times()
+
+
+def test_a_low_ceiling_lowers_the_takeoff() -> None:
+    limits = GuardLimits.model_validate({"fence": {"altitude_m": [0.5, 1.5]}})
+    low = straight(np.array([0.0, 0.0, -1.2]), np.array([1.0, 0.0, -1.2]))
+    pilot, outcome, _ = fly_with(TamperedLink(), lambda *_: None, plan=FlightPlan(low, limits=limits))
+    assert "taking off to 1.5 m" in pilot.announced
+    assert outcome is not None
+    assert -outcome.recording.states.position[:, 2].min() < 1.8

@@ -42,6 +42,23 @@ def test_a_flight_replays_to_the_last_bit(
     assert "was cut short" in ran.out
 
 
+def test_a_flight_that_is_clipped_and_falls_back_replays_to_the_last_bit(
+    companion: Run, line: Path, tmp_path: Path
+) -> None:
+    guard, record = tmp_path / "guard.yaml", tmp_path / "flight.mcap"
+    guard.write_text(
+        "velocity_change_m_s2: 1.0\nfence: {circles: [{radius_m: 2.05}]}\n"
+        "watchdogs: {unpredicted_m: {limit: 0.001, lasts_s: 0.0}}\n"
+    )
+    flown = companion("fly", line, "--connect", VEHICLE, "--record", record, "--guard", guard)
+    assert flown.status == 0, flown.err
+    for said in ("falling back on the plain strategy", "acceleration limited"):
+        assert said in flown.out
+    ran = companion("replay", record)
+    assert ran.status == 0, ran.err
+    assert "control steps: the same to the last bit" in ran.out
+
+
 def test_what_changed_is_shown(
     companion: Run, line: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

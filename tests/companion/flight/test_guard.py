@@ -1,6 +1,7 @@
 """Whatever a strategy wants, what leaves the guard is finite, near the vehicle and inside the fence."""
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -11,8 +12,10 @@ from hypothesis.extra.numpy import arrays
 from pydantic import ValidationError
 
 from companion.arrays import Vec3, Vec3s
+from companion.errors import InputError
+from companion.flight.approach import rest_to_rest
 from companion.flight.fence import MARGIN_M, Fence
-from companion.flight.guard import Before, Clip, GuardLimits, guard
+from companion.flight.guard import Before, Clip, GuardLimits, guard, require_flyable
 from companion.flight.reference import Correction, Reference
 from companion.state import VehicleState
 
@@ -154,3 +157,19 @@ def test_a_reference_without_acceleration_stays_without() -> None:
         before=Before(0.0, reference),
     )
     assert guarded.reference.acceleration is None
+
+
+@pytest.mark.parametrize(
+    ("limits", "what"),
+    [
+        ({"speed_m_s": 0.9}, "speed_m_s 1.0, and the guard lets 0.9 pass"),
+        ({"acceleration_m_s2": 0.2}, "acceleration_m_s2 0.4, and the guard lets 0.2 pass"),
+        ({"fence": {"north_m": (-1.0, 3.0)}}, "leaves the fence by 1.00 m"),
+        ({"fence": {"circles": [{"radius_m": 3.5}]}}, "0.50 m beyond the guard's fence"),
+    ],
+)
+def test_a_trajectory_that_would_be_clipped_is_refused(limits: dict[str, object], what: str) -> None:
+    way = rest_to_rest(np.array([0.0, 0.0, -2.0]), np.array([4.0, 0.0, -2.0]), "way")
+    require_flyable(way, LIMITS)
+    with pytest.raises(InputError, match=re.escape(what)):
+        require_flyable(way, GuardLimits.model_validate(limits))
