@@ -32,6 +32,7 @@ BENCHMARKS = {
     "faults": "One thing after the other fails in flight: what is done, and how it ends.",
     "fuzz": "Hostile bytes through every reader: no crash, no hang, no valid frame lost.",
     "soak": "Hours of simulated flight: memory, lateness, records.",
+    "period": "How regular setpoints are in real time while all cores are busy.",
     "fidelity": "Recordings of real vehicles against their simulated twins.",
 }
 MISSION = {

@@ -4,9 +4,12 @@ from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from typing import TypeVar
 
+from rich.console import Console
+
 from companion import clock
 from companion.link import Connection, connect, parse_address
 from companion.link.address import Simulated
+from companion.link.exposure import warning
 from companion.link.signing import SigningKey
 
 T = TypeVar("T")
@@ -30,6 +33,8 @@ class Endpoint:
 def with_vehicle(endpoint: Endpoint, work: Callable[[Connection], Awaitable[T]]) -> T:
     """What `work` makes of a connection to the vehicle at `endpoint`; raises as `connect`."""
     address = parse_address(endpoint.url)
+    if told := warning([address], signed=endpoint.signing is not None):
+        Console(stderr=True).print(told, markup=False, highlight=False, soft_wrap=True)
 
     async def connected() -> T:
         async with connect(address, system_id=endpoint.system_id, signing=endpoint.signing) as connection:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -23,13 +24,15 @@ from companion.flight.flight import FlightOutcome, FlightPlan, fly
 from companion.flight.states import FlightState
 from companion.flight.takeoff import Announce
 from companion.flight.technique import Technique
-from companion.link import connect, start_telemetry
+from companion.link import connect, parse_address, start_telemetry
 from companion.link.address import Address, Simulated
 from companion.link.connection import Connection
 from companion.link.dialect import mavlink
+from companion.link.exposure import warning
 from companion.link.signing import SigningKey
 from companion.link.telemetry import Telemetry
 from companion.mission.vehicle_fence import vehicle_fence
+from companion.priority import prioritised
 from companion.recording import Provenance
 from companion.recording.topics import TECHNIQUE, VERSIONS
 from companion.trajectory import Limits, Trajectory, summarise
@@ -178,8 +181,10 @@ def conduct(request: Request, record: Path | None, console: Console) -> Flown:
         ImpromptuError: as `connect` and `fly`.
         typer.Exit: Ctrl-C ended the flight.
     """
+    virtual = isinstance(request.address, Simulated)
     try:
-        return clock.run(_fly(request, record, console), virtual=isinstance(request.address, Simulated))
+        with nullcontext() if virtual else prioritised():
+            return clock.run(_fly(request, record, console), virtual=virtual)
     except KeyboardInterrupt:
         console.print("stopped")
         raise typer.Exit(STOPPED) from None
@@ -187,6 +192,9 @@ def conduct(request: Request, record: Path | None, console: Console) -> Flown:
 
 async def _fly(request: Request, record: Path | None, console: Console) -> Flown:
     with FlightDisplay(console) as display:
+        listening = [request.address, *map(parse_address, request.forward)]
+        if told := warning(listening, signed=request.signing is not None):
+            display.phase(told)
         display.phase("connecting")
         async with (
             connect(
