@@ -7,7 +7,6 @@ import asyncio
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import linregress
 
 from companion import clock
 from companion.doctor.observation import RoundTrips
@@ -70,6 +69,8 @@ def round_trips(asked: int, trips: list[Trip]) -> RoundTrips | None:
     offset_s = middle_s - times[:, 1]
     drift_ppm = None
     if np.ptp(middle_s[fast]) >= _FOR_DRIFT_S:
+        from scipy.stats import linregress  # takes half a second, and the doctor alone needs it
+
         line = linregress(middle_s[fast], offset_s[fast] - offset_s[0])
         if 1e6 * line.stderr <= _DRIFT_WITHIN_PPM:
             drift_ppm = 1e6 * float(line.slope)
