@@ -15,9 +15,10 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Protocol
 
+import numpy as np
 from jaxtyping import Float
 
-from companion.arrays import Array
+from companion.arrays import Array, Vec3
 from companion.errors import InputError
 from companion.flight.preview import desired_ahead, flat_state, state_of
 from companion.flight.reference import Reference
@@ -105,8 +106,13 @@ class Early:
         return Reference(
             trajectory.at(time_s + self.lead.position_s).position,
             trajectory.at(time_s + self.lead.velocity_s).velocity,
-            trajectory.at(time_s + self.lead.acceleration_s).acceleration,
+            self._acceleration(trajectory, time_s),
         )
+
+    def _acceleration(self, trajectory: Trajectory, time_s: float) -> Vec3:
+        sideways = trajectory.at(time_s + self.lead.acceleration_s).acceleration
+        down = trajectory.at(time_s + self.lead.vertical_acceleration_s).acceleration
+        return np.array([*sideways[:2], down[2]])
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,9 +120,8 @@ class InverseFeedforward:
     """u1 that keeps the source vehicle on the trajectory: its inverse network, fed with no estimate.
 
     What is fed back through another vehicle's inverse may swing, and an estimate that wanders is none that
-    the network learned from; an error is left to the autopilot and to the online correction. Of a network
-    that answers with an acceleration, that alone is taken: what the source's position and velocity loops need
-    besides, with their gains, its drag and its integrators, is the least alike on another vehicle.
+    the network learned from; an error is left to the autopilot and to the online correction. The acceleration
+    stays the trajectory's own, sent early: that much is alike on all multirotors, and known without one.
     """
 
     network: InverseNetwork
@@ -127,7 +132,7 @@ class InverseFeedforward:
         learned = _inverted(self.network, flat_state(trajectory, time_s), trajectory, time_s)
         if learned.acceleration is None:
             return learned
-        return replace(Early(self.lead)(trajectory, time_s, state), acceleration=learned.acceleration)
+        return replace(learned, acceleration=Early(self.lead)(trajectory, time_s, state).acceleration)
 
 
 def _inverted(

@@ -14,7 +14,8 @@ from companion.learning.motion_model import LinearKernel
 class ReferenceLead(BaseModel):
     """How much early each part of a reference is sent (s).
 
-    Setpoints take their time, and a multirotor must tilt before it accelerates.
+    Setpoints take their time, and a multirotor must tilt before it accelerates sideways; up and down thrust
+    alone does it.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -22,6 +23,7 @@ class ReferenceLead(BaseModel):
     position_s: NonNegativeFloat = 0.0
     velocity_s: NonNegativeFloat = 0.0
     acceleration_s: NonNegativeFloat = 0.0
+    vertical_acceleration_s: NonNegativeFloat = 0.0
 
 
 class OnlineSettings(BaseModel):
@@ -36,8 +38,8 @@ class OnlineSettings(BaseModel):
         gain: α, constant or estimated.
         longest_m: u2 is scaled down to this length (m): an error that takes more shows a vehicle at its
             limits, and the correction would only drive it against them.
-        sideways_m_s2: the horizontal pull of the correction is scaled down to this: autopilots accelerate only
-            so much (ArduPilot's WPNAV_ACCEL, 2.5 m/s²), and what they do not obey makes large errors swing.
+        sideways_m_s2: the horizontal pull of the correction is scaled down to this: autopilots accelerate
+            only so much (ArduPilot's WPNAV_ACCEL, 2.5 m/s²), and what they do not obey makes errors swing.
         corrected: the whole predicted error, as in the paper, or what of it comes of the vehicle's deviation
             from its trajectory: the error at the operating point, the trajectory itself, is taken off. It is
             a matter of u1, and from ten seconds of flight near the trajectory badly known.
@@ -106,7 +108,7 @@ DEFAULT = OnlineSettings(
     sideways_m_s2=2.0,
     velocity="predicted",
     damping_1_s=10.0,
-    lead=ReferenceLead(position_s=0.03, velocity_s=0.06, acceleration_s=0.15),
+    lead=ReferenceLead(position_s=0.03, velocity_s=0.06, acceleration_s=0.15, vertical_acceleration_s=0.06),
     velocity_caution=5.0,
     network_share=0.3,
     harm_memory_s=3.0,

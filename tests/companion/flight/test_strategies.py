@@ -10,7 +10,6 @@ from hypothesis.extra.numpy import arrays
 
 from companion.arrays import Vec3
 from companion.flight.approach import rest_to_rest
-from companion.flight.preview import flat_state
 from companion.flight.reference import Reference
 from companion.flight.strategies import (
     Early,
@@ -20,8 +19,10 @@ from companion.flight.strategies import (
 )
 from companion.learning.features import ACCELERATING_OUTPUTS, INVERSE_INPUTS, INVERSE_OUTPUTS, Preview
 from companion.learning.inverse_network import InverseNetwork, Layer, ModelCard, Scaling
-from companion.learning.online_settings import DEFAULT
+from companion.learning.online_settings import DEFAULT, ReferenceLead
 from companion.state import VehicleState
+from companion.trajectory import training_sinusoids
+from companion.trajectory.training import LIMITS
 from companion.trajectory.trajectory import Trajectory
 
 LINE = rest_to_rest(np.zeros(3), np.array((2.0, 0.0, -1.0)), "line")
@@ -88,14 +89,24 @@ def test_the_inverse_as_feedforward_does_not_hear_the_estimate(
     np.testing.assert_array_equal(elsewhere.acceleration, there.acceleration)
 
 
-def test_of_an_inverse_with_acceleration_that_alone_is_fed_forward() -> None:
+def test_an_inverse_says_position_and_velocity_and_the_trajectory_its_acceleration() -> None:
     learned, plain = (
         law(LINE, 0.7, STATE) for law in (InverseFeedforward(ACCELERATING_NETWORK), Early(DEFAULT.lead))
     )
-    np.testing.assert_array_equal(learned.position, plain.position)
-    np.testing.assert_array_equal(learned.velocity, plain.velocity)
+    np.testing.assert_allclose(learned.position, LINE.at(0.9).position, atol=1e-6)
+    np.testing.assert_allclose(learned.velocity, LINE.at(0.9).velocity, atol=1e-6)
     assert learned.acceleration is not None
-    np.testing.assert_allclose(learned.acceleration, flat_state(LINE, 0.7)[6:9], atol=1e-6)
+    assert plain.acceleration is not None
+    np.testing.assert_array_equal(learned.acceleration, plain.acceleration)
+
+
+def test_vertical_acceleration_has_a_lead_of_its_own() -> None:
+    lead = ReferenceLead(acceleration_s=0.2, vertical_acceleration_s=0.1)
+    wave = training_sinusoids(20.0, (1.0, 1.0, 1.0), LIMITS, 0)
+    early = Early(lead)(wave, 5.0, STATE).acceleration
+    assert early is not None
+    np.testing.assert_array_equal(early[:2], wave.at(5.2).acceleration[:2])
+    assert early[2] == wave.at(5.1).acceleration[2]
 
 
 def test_of_an_inverse_without_one_all_is_fed_forward() -> None:
