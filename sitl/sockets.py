@@ -112,7 +112,10 @@ class _Connection(asyncio.Protocol):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         self._transport = cast("asyncio.Transport", transport)
-        self._connections.add(self._transport)
+        if len(self._connections) < _MOST_SPEAKERS:
+            self._connections.add(self._transport)
+        else:
+            self._transport.abort()
 
     def data_received(self, data: bytes) -> None:
         self._rest += data

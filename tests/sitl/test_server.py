@@ -247,6 +247,23 @@ async def test_a_client_over_tcp_is_served_though_its_frames_come_in_pieces() ->
 
 
 @pytest.mark.realtime
+async def test_no_more_clients_than_eight_are_served_over_tcp() -> None:
+    vehicle, _ = fake_vehicle(vehicle=ARDUCOPTER, links=(SERIAL_0,))
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = int(free.getsockname()[1])
+    async with asyncio.timeout(PATIENCE_S), served(vehicle, TcpEndpoint(SERIAL_0, port)):
+        clients = [await connected(port) for _ in range(9)]
+        *served_ones, ninth = [reader for reader, _ in clients]
+        with pytest.raises(ConnectionResetError):
+            await ninth.readexactly(1)
+        for reader in served_ones:
+            assert await reader.readexactly(1)
+        for _, writer in clients:
+            writer.close()
+
+
+@pytest.mark.realtime
 async def test_vehicles_of_a_fleet_fly_together_and_apart() -> None:
     async with peer() as ground:
         fleet = []
