@@ -82,12 +82,16 @@ class Polygon(BaseModel):
 
 
 class Areas(BaseModel):
-    """Areas to keep out of, and areas of which one must be stayed in, if there are any: PX4's rule."""
+    """Areas to keep out of, and areas of which one must be stayed in, if there are any.
+
+    One is PX4's rule; `in_all` of them ArduPilot's, unless its FENCE_OPTIONS has bit 1.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     circles: tuple[Circle, ...] = ()
     polygons: tuple[Polygon, ...] = ()
+    in_all: bool = False
 
     @cached_property
     def _all(self) -> tuple[Circle | Polygon, ...]:
@@ -101,7 +105,7 @@ class Areas(BaseModel):
         outside = [(area.keep_out, area.outside_m(place)) for area in self._all]
         stay_in = [outside_m for keep_out, outside_m in outside if not keep_out]
         intrusions = [-outside_m for keep_out, outside_m in outside if keep_out]
-        return max(*intrusions, min(stay_in, default=-np.inf), -np.inf)
+        return max(*intrusions, (max if self.in_all else min)(stay_in, default=-np.inf), -np.inf)
 
     def border(self, place: Place) -> Places:
         """The points of all borders that may be nearest to it."""

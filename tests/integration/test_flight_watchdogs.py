@@ -72,6 +72,7 @@ def test_each_action_is_taken(action: Action, mode: str, last: str) -> None:
         assert link.mode == mode
     else:
         assert not link.firmware.armed
+        assert bool(link.commanded(mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH)) == (action is Action.RETURN)
 
 
 @pytest.mark.parametrize(

@@ -61,6 +61,19 @@ def test_one_area_to_stay_in_is_enough_and_none_to_keep_out_of_is_entered() -> N
     assert Areas().beyond_m(np.zeros(2)) == -math.inf
 
 
+def test_an_ardupilot_must_be_in_all_of_them() -> None:
+    areas = Areas(circles=(CYLINDER, Circle(north_m=8.0, radius_m=4.0)), in_all=True)
+    assert areas.beyond_m(np.array([5.0, 0.0])) == pytest.approx(-1.0)
+    assert areas.beyond_m(np.array([0.0, 0.0])) == pytest.approx(4.0)
+
+
+def test_where_two_borders_meet_the_setpoint_before_stays() -> None:
+    fence, own = Fence(circles=(Circle(radius_m=3.0),)), Areas(circles=(Circle(north_m=5.0, radius_m=3.0),))
+    last = HOME + np.array([2.5, 0.0, -2.0])
+    inside = keep_inside(HOME + np.array([2.5, 10.0, -3.0]), HOME, fence, own, last)
+    np.testing.assert_allclose(inside, HOME + np.array([2.5, 0.0, -3.0]))
+
+
 @given(POSITIONS, FENCES, FENCES, POSITIONS)
 def test_no_setpoint_gets_out(position: Vec3, fence: Fence, vehicles: Fence, last: Vec3) -> None:
     own = Areas(circles=vehicles.circles, polygons=vehicles.polygons)
