@@ -30,6 +30,7 @@ from companion.link.connection import Connection
 from companion.link.dialect import mavlink
 from companion.link.exposure import warning
 from companion.link.signing import SigningKey
+from companion.link.status_text import status_text
 from companion.link.telemetry import Telemetry
 from companion.mission.vehicle_fence import vehicle_fence
 from companion.priority import prioritised
@@ -227,7 +228,7 @@ async def _fly(request: Request, record: Path | None, console: Console) -> Flown
                 telemetry,
                 provenance=request.provenance,
                 recorder=recorder,
-                announce=display.phase,
+                announce=partial(_tell, connection, display.phase),
                 progress=display.progress,
                 on_state=partial(_tell_state, connection, note),
                 temperature_c=lambda: thermometer.celsius,
@@ -260,7 +261,18 @@ def _tell_state(connection: Connection, note: FlightNote | None, state: FlightSt
         note.state(state)
     worse = state in (FlightState.YIELDED, FlightState.FAILED)
     severity = mavlink.MAV_SEVERITY_WARNING if worse else mavlink.MAV_SEVERITY_INFO
-    connection.send(mavlink.MAVLink_statustext_message(severity, f"companion: {state}".encode()))
+    _say(connection, severity, str(state))
+
+
+def _tell(connection: Connection, show: Announce, text: str) -> None:
+    """What happens in flight, for the user and for everyone on the link."""
+    show(text)
+    _say(connection, mavlink.MAV_SEVERITY_NOTICE, text)
+
+
+def _say(connection: Connection, severity: int, text: str) -> None:
+    for message in status_text(severity, f"companion: {text}"):
+        connection.send(message)
 
 
 async def _limits(limits: Limits, autopilot: Autopilot, announce: Announce) -> Limits:

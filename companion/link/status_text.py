@@ -1,6 +1,7 @@
 """What the vehicle says in words: STATUSTEXT, its chunks joined, the newest kept."""
 
 import math
+import zlib
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -31,6 +32,20 @@ class StatusText:
     received_s: float
     severity: int
     text: str
+
+
+def status_text(severity: int, text: str) -> list[mavlink.MAVLink_statustext_message]:
+    """A text of ours as messages: one, or chunks, which an id tells from those of other texts."""
+    data = text.encode("ascii", errors="replace")
+    if len(data) <= _LONGEST_CHUNK:
+        return [mavlink.MAVLink_statustext_message(severity, data)]
+    text_id = zlib.crc32(data) % 0xFFFF + 1
+    starts = range(0, len(data) + 1, _LONGEST_CHUNK)
+    chunks = [data[start : start + _LONGEST_CHUNK] for start in starts]
+    return [
+        mavlink.MAVLink_statustext_message(severity, chunk, text_id, place)
+        for place, chunk in enumerate(chunks)
+    ]
 
 
 class StatusTexts:

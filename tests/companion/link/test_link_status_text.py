@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from companion import clock
 from companion.link.dialect import mavlink
-from companion.link.status_text import StatusTexts
+from companion.link.status_text import StatusTexts, status_text
 
 Message = mavlink.MAVLink_statustext_message
 LONG = "Preflight Fail: " + "compass inconsistent with the gyro, " * 3
@@ -93,3 +93,10 @@ async def test_warnings_are_those_since_a_time_and_no_information() -> None:
     texts.add(said(CRITICAL, "Arming denied"))
     texts.add(said(INFO, "hello"))
     assert texts.warnings_since(now_s) == ["Arming denied"]
+
+
+@given(st.text(st.characters(min_codepoint=32, max_codepoint=126), min_size=1, max_size=220))
+def test_what_we_say_is_heard_as_it_was_said(text: str) -> None:
+    messages = status_text(INFO, text)
+    assert all(len(message.text) <= 50 for message in messages)
+    assert heard(messages) == [text]
