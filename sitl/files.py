@@ -12,7 +12,7 @@ from sitl.errors import ConfigError
 
 ModelT = TypeVar("ModelT", bound=BaseModel)
 
-LARGEST_FILE_BYTES = 1_000_000
+LARGEST_FILE_BYTES = 100_000
 """No configuration file may be larger; those that ship have a few kilobytes."""
 
 _SUFFIXES = (".yaml", ".yml")

@@ -19,7 +19,7 @@ def fuzz(
     frames: Annotated[
         int, typer.Option(min=0, help="Mutated frames and pieces of noise on a link.")
     ] = 10_000_000,
-    files: Annotated[int, typer.Option(min=0, help="Mutated files of each kind.")] = 10_000,
+    files: Annotated[int, typer.Option(min=0, help="Mutated files of each kind.")] = 5_000,
     seed: options.Seed = 0,
     json: options.Json = None,
 ) -> None:

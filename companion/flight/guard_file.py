@@ -10,7 +10,7 @@ from companion.bounded_file import read_bounded
 from companion.errors import InputError
 from companion.flight.guard import GuardLimits
 
-LARGEST_FILE_BYTES = 1_000_000
+LARGEST_FILE_BYTES = 100_000
 """The file that ships has two kilobytes."""
 
 

@@ -44,7 +44,7 @@ def test_a_device_without_an_end_is_not_read_for_ever() -> None:
         ("a: 2001-99-99", "month"),
         ("a: 0b_", "YAML"),
         ("a: " + "9" * 5000, "digits"),
-        ("#" + "x" * 1_000_000, "larger than"),
+        ("#" + "x" * 100_000, "larger than"),
     ],
 )
 def test_yaml_that_would_break_or_hold_up_a_reader_is_refused(

@@ -1,4 +1,4 @@
-"""A bound on how long a reader may take, which ends it where it does not end by itself."""
+"""A bound on how long a reader may compute, which ends it where it does not end by itself."""
 
 import signal
 from collections.abc import Iterator
@@ -7,20 +7,20 @@ from types import FrameType
 
 
 class HangError(BaseException):
-    """It took too long; no `except Exception` on the way takes this for an error of its own."""
+    """It computed for too long; no `except Exception` on the way takes this for an error of its own."""
 
 
 @contextmanager
 def ended_after(seconds: float) -> Iterator[None]:
-    """Raise `HangError` where the block runs for longer (s); in the main thread of a process only."""
+    """Raise `HangError` where the block takes more of the processor (s); in the main thread only."""
 
     def end(number: int, frame: FrameType | None) -> None:
-        raise HangError(f"still running after {seconds:g} s")
+        raise HangError(f"still computing after {seconds:g} s")
 
-    former = signal.signal(signal.SIGALRM, end)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
+    former = signal.signal(signal.SIGPROF, end)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
     try:
         yield
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, former)
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        signal.signal(signal.SIGPROF, former)

@@ -19,7 +19,7 @@ class FuzzRow(BaseModel):
         swallowed: of these, how many lay in a longer frame whose checksum was right by chance.
         lost: of these, how many others were not read.
         faults: what else it raised, and where; and what it did not end by itself.
-        slowest_s: the longest that one input took (s).
+        slowest_s: the most that one input, or stream of 64, took of the processor (s).
         grown_bytes: memory that the second half of the block took.
         wall_s: what the block took (s).
     """
