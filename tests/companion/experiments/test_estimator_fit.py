@@ -45,7 +45,8 @@ def moments(recording: Recording) -> Wanted:
 
 def test_a_twin_with_the_fitted_errors_wanders_as_the_recording() -> None:
     states = hover_of(VEHICLE, ERRORS, 45.0, seed=3)
-    sent = ReferenceSeries(np.empty(0), *(np.empty((0, 3)) for _ in range(3)), np.empty(0))
+    none = np.empty((0, 3))
+    sent = ReferenceSeries(np.empty(0), none, none, none, np.empty(0))
     recording = Recording(Provenance(vehicle="px4_sih"), states, sent, hover=Window(5.0, 44.98))
     errors = fit_estimator_errors(VEHICLE, recording, (), windows=4)
     recorded = recorded_wander(recording)
