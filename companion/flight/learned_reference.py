@@ -19,6 +19,8 @@ _FARTHEST_M = 0.1
 """So far a network may pull the vehicle off the plain reference, held by autopilot and correction."""
 _HEARD_M = 2e-3
 """A network that would move the vehicle by less says the same as the plain reference."""
+_AGAIN = 50
+"""So many finite answers in a row make up for one that was not."""
 
 
 class LearnedReference:
@@ -35,6 +37,7 @@ class LearnedReference:
         self._laws = laws
         self._judge = NetworkJudge(len(laws), settings.network_share, settings.harm_memory_s)
         self._selection = Selection(len(laws))
+        self._finite_in_a_row = [_AGAIN] * len(laws)
         self._turn = 0
         self._pulls: Float[Array, "n 3"] = np.zeros((len(laws), 3))
         self._flown_pull: Vec3 = np.zeros(3)
@@ -49,6 +52,11 @@ class LearnedReference:
     def share(self) -> float:
         """How far the networks are followed, 0 to 1."""
         return float(self._shares.sum())
+
+    @property
+    def left_out(self) -> frozenset[int]:
+        """The places of the networks that have not answered finite numbers of late."""
+        return frozenset(place for place, count in enumerate(self._finite_in_a_row) if count < _AGAIN)
 
     @property
     def _shares(self) -> Float[Array, " n"]:
@@ -83,7 +91,9 @@ class LearnedReference:
             reference = self._laws[place](trajectory, time_s, state)
             pull = plain.pull_towards(reference, *loop)
             part = bounded(pull, held.stiffness_1_s2, _FARTHEST_M)
-            self._pulls[place] = part * pull if part > 0.0 else 0.0
+            is_finite = part > 0.0
+            self._finite_in_a_row[place] = self._finite_in_a_row[place] + 1 if is_finite else 0
+            self._pulls[place] = part * pull if is_finite else 0.0
             share = part * min(float(shares[place]), most)
             if share > 0.0:
                 followed += share

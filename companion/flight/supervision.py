@@ -55,7 +55,13 @@ class Supervision:
         self._predicted: deque[tuple[float, Vec3]] = deque()
         self.shares = Shares(self._learned.share, 1.0)
         self._network_was_harmful = False
-        self._said = (self._learned.chosen, self.shares.network > 0.0, True)
+        self._said = (self.followed, self._learned.left_out, self.shares.network > 0.0, True)
+
+    @property
+    def followed(self) -> str | None:
+        """The name of the network that is followed, as far as it helps."""
+        chosen = self._learned.chosen
+        return None if chosen is None else self._names[chosen]
 
     def u1(
         self, plain: Reference, trajectory: Trajectory, time_s: float, state: VehicleState, loop: PositionLoop
@@ -83,13 +89,17 @@ class Supervision:
 
     def remarks(self) -> list[str]:
         """What has changed since this was asked for last, in words."""
-        chosen_was, active_was, believed_was = self._said
-        chosen, believed = self._learned.chosen, self._of_correction.believed
+        followed_was, left_out_was, active_was, believed_was = self._said
+        followed, left_out = self.followed, self._learned.left_out
+        believed = self._of_correction.believed
         active = self.shares.network > (_OUT if active_was else _IN)
-        self._said = chosen, active, believed
+        self._said = followed, left_out, active, believed
         said = []
-        if chosen is not None and chosen != chosen_was:
-            said.append(f"following the network of {self._names[chosen]}")
+        if followed is not None and followed != followed_was:
+            said.append(f"following the network of {followed}")
+        for place in sorted(left_out ^ left_out_was):
+            fault = "not finite and is left out" if place in left_out else "finite again"
+            said.append(f"the answer of the network of {self._names[place]} is {fault}")
         if active_was and not active:
             said.append("negative transfer: the network did harm and is faded out")
             self._network_was_harmful = True

@@ -13,7 +13,7 @@ from companion.experiments.trajectories import limits_within, named_trajectories
 from companion.flight.approach import rest_at, rest_to_rest
 from companion.flight.flight import FlightOutcome
 from companion.flight.reference import Reference
-from companion.flight.strategies import Strategy, position_velocity_acceleration
+from companion.flight.strategies import ReferenceLaw, Strategy, position_velocity_acceleration
 from companion.flight.supervision import Supervision
 from companion.learning.error_prediction import PredictedError, Step
 from companion.learning.inverse_network import InverseNetwork, Scaling
@@ -52,6 +52,32 @@ def test_a_network_that_throws_the_setpoint_by_metres_is_held_near_the_plain_ref
 def test_a_network_that_answers_no_numbers_is_not_followed() -> None:
     plain, u1 = u1_of(np.array((np.nan, 0.0, 0.0)))
     np.testing.assert_array_equal(u1.position, plain.position)
+
+
+def test_a_network_that_answers_no_numbers_is_left_out_aloud_once_and_so_is_its_return() -> None:
+    answers = {
+        "broken": [*np.full(3, np.nan), *np.zeros(20), np.inf, *np.zeros(60)],
+        "sound": [*np.zeros(200)],
+    }
+    step = 0
+
+    def law_of(name: str) -> ReferenceLaw:
+        return lambda trajectory, time_s, state: thrown(
+            np.array((answers[name][step // 2], 0.0, 0.0)), trajectory, time_s, state
+        )
+
+    supervision = Supervision(DEFAULT, {name: law_of(name) for name in answers})
+    plain = position_velocity_acceleration(LINE, 0.7, STATE)
+    said = {}
+    for step in range(2 * len(answers["broken"])):
+        u1 = supervision.u1(plain, LINE, 0.7, STATE, LOOP)
+        assert u1.is_finite()
+        for remark in supervision.remarks():
+            said[step // 2] = remark
+    assert said == {
+        0: "the answer of the network of broken is not finite and is left out",
+        73: "the answer of the network of broken is finite again",
+    }
 
 
 def drawing(vehicle: str) -> Trajectory:
