@@ -155,6 +155,7 @@ def fly(
         *(address, system_id, limits, course, about, technique, key, forward or ()),
         accept_failsafe=accept_failsafe,
         notes=log_dir,
+        network=None if strategy is Strategy.LOOKAHEAD else network,
     )
     flown = _conduct(request, record, console)
     show(console, *_lines(flown.outcome))

@@ -14,6 +14,7 @@ from rich.console import Console
 from companion import __version__, clock
 from companion.autopilot import Autopilot, Identity, detect, identify
 from companion.cli.display import FlightDisplay
+from companion.cli.flown_similarity import source_of, tell_similarity
 from companion.cli.recorded import link_text, recorded, versions
 from companion.cli.thermometer import Thermometer
 from companion.cli.unfinished import FlightNote
@@ -24,6 +25,8 @@ from companion.flight.flight import FlightOutcome, FlightPlan, fly
 from companion.flight.states import FlightState
 from companion.flight.takeoff import Announce
 from companion.flight.technique import Technique
+from companion.learning.inverse_network import InverseNetwork
+from companion.learning.library import Library
 from companion.link import connect, parse_address, start_telemetry
 from companion.link.address import Address, Simulated
 from companion.link.connection import Connection
@@ -122,6 +125,7 @@ class Request:
         forward: where ground stations share the link.
         accept_failsafe: fly although the autopilot's failsafe is unsafe.
         notes: folder for the note of a flight under way; None for none.
+        network: what u1 is made with: a network, or a library that one is taken from.
     """
 
     address: Address
@@ -134,6 +138,7 @@ class Request:
     forward: Sequence[str] = ()
     accept_failsafe: bool = False
     notes: Path | None = None
+    network: InverseNetwork | Library | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,6 +238,9 @@ async def _fly(request: Request, record: Path | None, console: Console) -> Flown
                 on_state=partial(_tell_state, connection, note),
                 temperature_c=lambda: thermometer.celsius,
             )
+            source = source_of(request.network, plan.supervision)
+            if source is not None:
+                await tell_similarity(source, recorder, display.phase)
             return Flown(outcome, connection.system_id, identity)
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from companion.flight.guard import Guarded
+from companion.flight.recent import Recent
 from companion.flight.reference import Reference
 from companion.flight.tracker import ControlStep, Tracker
 from companion.learning.negative_transfer import loop_gain
@@ -34,10 +35,12 @@ class Recorder:
 
     Attributes:
         events: when what happened, in words (companion clock, s).
+        recent: what was measured and sent in the newest seconds.
     """
 
     def __init__(self, sink: Sink, epoch_s: float = 0.0) -> None:
         self.events: deque[tuple[float, str]] = deque(maxlen=_MOST_EVENTS)
+        self.recent = Recent()
         self._sink = sink
         self._epoch_s = epoch_s
         self._posed_s = -np.inf
@@ -45,6 +48,7 @@ class Recorder:
 
     def state(self, state: VehicleState) -> None:
         """A state arrived."""
+        self.recent.state(state)
         values: Row = {
             "position": state.position,
             "velocity": state.velocity,
@@ -81,6 +85,7 @@ class Recorder:
 
     def step(self, time_s: float, step: ControlStep, guarded: Guarded, sent: Reference, yaw: float) -> None:
         """`sent` was sent, with this yaw (rad); it is what was guarded, in the vehicle's own frame."""
+        self.recent.sent(time_s, sent, yaw)
         reference: Row = {
             "position": sent.position,
             "velocity": sent.velocity,

@@ -1,6 +1,6 @@
 """Two identified vehicles side by side: every figure of the paper's theory, with its confidence interval."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -8,18 +8,15 @@ import numpy as np
 from jaxtyping import Float
 
 from companion.arrays import Array
-from companion.errors import InputError
 from companion.similarity.identification import AXES, AxisModel, IdentifiedAxis, VehicleModel
-from companion.similarity.lemma import Lemma1, PredictionError, StateResponse, lemma_1, state_response
-from companion.similarity.linear_system import Gains, LinearSystem
+from companion.similarity.identified_lemma import CONFIDENCE, prediction_error, response_of, scaled
+from companion.similarity.lemma import Lemma1, PredictionError, lemma_1
 from companion.similarity.measure import Similarity, similarity
 from companion.similarity.moments import SAMPLE_TIME_S
 from companion.similarity.nu_gap import TransferFunction, nu_gap
 from companion.similarity.remark_2 import Envelope, envelope, inverse_error_share
 from companion.similarity.structure import Structure, gains_at, structure
 from companion.similarity.transfer_loop import largest_stable_gain, loop_matrix, spectral_radius
-
-CONFIDENCE = 0.95
 
 
 class Interval(NamedTuple):
@@ -111,7 +108,7 @@ def _compare_axis(axis: str, source: IdentifiedAxis, target: IdentifiedAxis) -> 
     scale = np.sqrt((source.spread**2 + target.spread**2) / 2.0)
     scale[scale == 0.0] = 1.0
     degree = max(structure(source.model).relative_degree, structure(target.model).relative_degree)
-    prediction = _prediction_error(source.model, target, scale, degree)
+    prediction = prediction_error(gains_at(scaled(source.model.system, scale), degree), target, scale, degree)
     moments = np.tensordot(target.shares, target.second_moments, axes=1)
 
     def figures(ours: AxisModel, theirs: AxisModel) -> Figures:
@@ -142,53 +139,9 @@ def _figures(
         target=of_target,
         s=similarity(source_gains, target_gains),
         nu_gap=nu_gap(*(TransferFunction.of(m.system, m.delay_s / SAMPLE_TIME_S) for m in (source, target))),
-        lemma=lemma_1(source_gains, target_gains, _response(theirs), prediction),
+        lemma=lemma_1(source_gains, target_gains, response_of(theirs), prediction),
         exact_gain=1.0 / target_gains.input,
         loop_radius=spectral_radius(loop_matrix(source_gains, theirs, target_gains, 0.0)),
         stable_gain=largest_stable_gain(source_gains, theirs, target_gains),
         inverse_error=inverse_error_share(source, target, degree, moments),
     )
-
-
-def scaled(system: LinearSystem, scale: Float[Array, "3"]) -> LinearSystem:
-    """The system with each state in units of `scale`, input and output in that of the position."""
-    return LinearSystem(
-        system.A / scale[:, None] * scale, system.B / scale * scale[0], system.C * scale / scale[0]
-    )
-
-
-def _response(system: LinearSystem) -> StateResponse:
-    """L1 and L2; infinite where (A1) fails."""
-    try:
-        return state_response(system)
-    except InputError:
-        return StateResponse(np.inf, np.inf)
-
-
-def _prediction_error(
-    source: AxisModel, target: IdentifiedAxis, scale: Float[Array, "3"], degree: int
-) -> PredictionError:
-    """β1, β2 and β3 of (A5) for an online module that knows the target as well as its flight tells.
-
-    e_p* = y_d − 𝒜_t x − ℬ_t u1 with u1 = (y_d − 𝒜_s x)/ℬ_s. Wrong by δ𝒜 and δℬ, a module predicts it wrong by
-    (δℬ/ℬ_s) y_d + (δ𝒜 − δℬ 𝒜_s/ℬ_s) x, and by what no model foresees: bounds of 95 of 100 resamples.
-    """
-    ours, theirs = scaled(source.system, scale), scaled(target.model.system, scale)
-    of_source, known = gains_at(ours, degree), gains_at(theirs, degree)
-    wrong = [gains_at(scaled(each.system, scale), degree) for each in target.resamples]
-    beta_1 = _upper([abs((each.input - known.input) / of_source.input) for each in wrong])
-    beta_2 = _upper([_state_error(each, known, of_source) for each in wrong])
-    added = np.zeros((3, 3))
-    added[1:, 1:] = target.model.noise
-    powers = [target.model.system.C @ np.linalg.matrix_power(target.model.system.A, i) for i in range(degree)]
-    variance = sum(float(power @ added @ power) for power in powers)
-    return PredictionError(beta_1, beta_2, beta_3=1.96 * float(np.sqrt(variance)) / float(scale[0]))
-
-
-def _state_error(wrong: Gains, known: Gains, source: Gains) -> float:
-    off = (wrong.state - known.state) - (wrong.input - known.input) * source.state / source.input
-    return float(np.linalg.norm(off))
-
-
-def _upper(values: Sequence[float]) -> float:
-    return float(np.quantile(values, CONFIDENCE)) if values else 0.0

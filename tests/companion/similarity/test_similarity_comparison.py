@@ -11,8 +11,9 @@ from spring_flight import answering_the_wrong_way, spring_flight
 
 from companion.errors import InputError
 from companion.experiments.linear.experiment import TARGET
-from companion.similarity.comparison import compare, scaled
+from companion.similarity.comparison import compare
 from companion.similarity.identification import VehicleModel, identify_recording
+from companion.similarity.identified_lemma import scaled
 from companion.similarity.linear_system import LinearSystem
 from companion.similarity.report import as_json, figures_table, remarks
 from companion.similarity.track_record import Pair, network_helped, read_flown_pairs, track_record
