@@ -59,7 +59,7 @@ def test_in_realistic_conditions_the_truth_is_not_the_estimate() -> None:
 def test_conditions_may_have_errors_measured_against_the_estimate() -> None:
     result = flown(Scenario(SHORT, Strategy.BASELINE, conditions="px4"))
     assert result.accuracy.rms_m == pytest.approx(result.estimated_accuracy.rms_m, rel=1e-12)
-    assert result.flight.rms_m == result.estimated_accuracy.rms_m
+    assert result.flight.rms_m == result.accuracy.rms_m
 
 
 def test_a_flight_that_fails_tells_why_and_the_others_go_on() -> None:
