@@ -14,7 +14,7 @@ from companion.autopilot.position_loop import PositionLoop, loop_of
 from companion.flight.guard import limit_length
 from companion.flight.preview import DesiredMotion, desired_ahead, flat_state, state_of
 from companion.flight.reference import Correction, Reference
-from companion.learning.correction import Confidence, adaptation_gain, velocity_correction
+from companion.learning.correction import Confidence, adaptation_gain, certain_share, velocity_correction
 from companion.learning.error_prediction import PredictedError, Step
 from companion.learning.online_model import online_model
 from companion.learning.online_settings import OnlineSettings
@@ -96,10 +96,13 @@ class OnlineCorrection:
         loop = self._felt_loop()
         self._confidence.expect(predicted.error)
         self._velocity_confidence.expect(predicted.velocity_error)
-        alpha = self._confidence.share * adaptation_gain(
-            self.settings.gain, predicted.gradient, loop.stiffness_1_s2
-        )
         error, velocity_error = self._to_correct(predicted, u1, trajectory, time_s)
+        share = self._confidence.share * certain_share(
+            error, predicted.variance, self.settings.variance_caution
+        )
+        alpha = share * adaptation_gain(
+            self.settings.gain, predicted.gradient, predicted.gradient_variance, loop.stiffness_1_s2
+        )
         u2 = limit_length(alpha * error, self.settings.longest_m)
         velocity = self._velocity_correction(u2, velocity_error, loop)
         self._previous_u2 = u2

@@ -7,6 +7,21 @@ chapter 7). Since u2 = 0 is among the choices, no more is expected than the netw
 """
 
 from dataclasses import dataclass
+from typing import TypeVar
+
+from companion.arrays import Vec3
+
+Each = TypeVar("Each", float, Vec3)
+
+
+def cautious_gain(gain: Each, variance: Each) -> Each:
+    """α = G/(G² + var G), of one axis or each: 1/G where G is known, 0 where nothing is.
+
+    Args:
+        gain: G, by how much a unit of u2 is expected to reduce the error; not 0 where the variance is.
+        variance: of G.
+    """
+    return gain / (gain**2 + variance)
 
 
 @dataclass(frozen=True)
@@ -26,8 +41,8 @@ class ErrorBelief:
 
     @property
     def alpha(self) -> float:
-        """The gain of the correction, G/(G² + variance): 1/G where G is known, 0 where nothing is."""
-        return self.gain / (self.gain**2 + self.gain_variance)
+        """The gain of the correction (`cautious_gain`)."""
+        return cautious_gain(self.gain, self.gain_variance)
 
     @property
     def correction(self) -> float:

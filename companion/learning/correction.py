@@ -8,6 +8,7 @@ from jaxtyping import Float
 from pydantic import BaseModel, ConfigDict, Field, PositiveFloat
 
 from companion.arrays import Array, Vec3
+from companion.learning.cautious_correction import cautious_gain
 
 GainValue: TypeAlias = Annotated[float, Field(ge=0.0, le=100.0, allow_inf_nan=False)]
 
@@ -22,7 +23,12 @@ class ConstantGain(BaseModel):
 
 
 class EstimatedGain(BaseModel):
-    """α̂* = −(∂F/∂u1)⁻¹ from the online model at every step (Insight 1, Remark 1), kept within bounds."""
+    """α̂* = −(∂F/∂u1)⁻¹ from the online model at every step (Insight 1, Remark 1), as far as it knows.
+
+    Attributes:
+        least: where the gradient is unknown or of the wrong sign.
+        most: however small the gradient.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -52,34 +58,57 @@ class StiffnessGain(BaseModel):
 Gain: TypeAlias = Annotated[ConstantGain | EstimatedGain | StiffnessGain, Field(discriminator="kind")]
 
 
-def adaptation_gain(gain: Gain, error_gradient: Float[Array, "3 3"], stiffness_1_s2: Vec3) -> Vec3:
+def adaptation_gain(
+    gain: Gain, error_gradient: Float[Array, "3 3"], gradient_variance: Vec3, stiffness_1_s2: Vec3
+) -> Vec3:
     """α of each axis.
 
     Args:
         gain: how it is found.
         error_gradient: ∂F/∂u1, if it is to be estimated.
+        gradient_variance: of its diagonal.
         stiffness_1_s2: of the vehicle's own position loop (1/s²).
     """
     match gain:
         case ConstantGain(alpha=alpha):
             return np.array(alpha)
         case EstimatedGain(least=least, most=most):
-            return estimated_gain(np.diag(error_gradient), least, most)
+            return estimated_gain(np.diag(error_gradient), gradient_variance, least, most)
         case StiffnessGain(stiffness_1_s2=wanted, most=most):
             return np.minimum(wanted / stiffness_1_s2, most)
 
 
-def estimated_gain(error_gradient: Vec3, least: float, most: float) -> Vec3:
-    """α̂* = −(∂F/∂u1)⁻¹ of each axis, regularised: between `least` and `most` whatever the gradient.
+_LARGEST_GRADIENT = 1e6
+"""Beyond this a gradient, or its deviation, says nothing."""
+_LEAST_VARIANCE = 1e-12
+"""Of a gradient: no more than keeps 0/0 away."""
 
-    With G = −∂F/∂u1, the inverse 1/G is replaced by G / (G² + λ²). λ = 1 / (2 `most`) puts its peak at
-    `most`; towards a smaller gradient, of which the model knows nothing, it falls to 0 instead of growing
+
+def estimated_gain(error_gradient: Vec3, variance: Vec3, least: float, most: float) -> Vec3:
+    """α̂* = −(∂F/∂u1)⁻¹ of each axis, limited by its uncertainty: between `least` and `most` whatever comes.
+
+    With G = −∂F/∂u1, the inverse 1/G is replaced by the α that leaves the least expected square of the
+    error (`cautious_gain`). Towards a gradient that the model cannot tell from 0 it falls instead of growing
     without limit, and a gradient of the wrong sign, or none (NaN), gives `least`.
     """
-    slope = np.where(np.abs(error_gradient) < 1e6, -error_gradient, 0.0)
-    regularisation = 1.0 / (2.0 * most)
-    inverse: Vec3 = slope / (slope**2 + regularisation**2)
-    return np.maximum(inverse, least)
+    known = (np.abs(error_gradient) < _LARGEST_GRADIENT) & (variance < _LARGEST_GRADIENT**2)
+    slope = np.where(known, -error_gradient, 0.0)
+    spread = np.maximum(np.where(known, variance, 0.0), _LEAST_VARIANCE)
+    return np.clip(cautious_gain(slope, spread), least, most)
+
+
+def certain_share(error: Vec3, variance: float, caution: float) -> float:
+    """How much of a predicted error is no mere uncertainty of the model: e² / (e² + caution · variance).
+
+    Args:
+        error: e_p (m).
+        variance: of each of its axes (m²).
+        caution: how much the variance counts; 0: not, and the share is 1.
+    """
+    if caution == 0.0:
+        return 1.0
+    square = _finite_square(error)
+    return square / (square + caution * variance) if square > 0.0 else 0.0
 
 
 def velocity_correction(u2: Vec3, previous_u2: Vec3, sample_time_s: float) -> Vec3:

@@ -24,7 +24,14 @@ from jaxtyping import Float
 
 from companion.arrays import Array, Vec3
 from companion.learning.features import ERROR_INPUTS, error_inputs
-from companion.learning.gaussian_process import Kernel, Posterior, SlidingWindow, fit, predict
+from companion.learning.gaussian_process import (
+    Kernel,
+    Posterior,
+    SlidingWindow,
+    fit,
+    gradient_variance,
+    predict,
+)
 
 
 class Step(NamedTuple):
@@ -122,6 +129,7 @@ class PredictedError:
         velocity: its velocity (m/s).
         variance: of each of them, in their own unit squared.
         gradient: ∂F/∂u1 = ∂e_p/∂u1, row: error, column: reference position.
+        gradient_variance: of its diagonal.
     """
 
     error: Vec3
@@ -130,6 +138,7 @@ class PredictedError:
     velocity: Vec3
     variance: float
     gradient: Float[Array, "3 3"]
+    gradient_variance: Vec3
 
 
 class ErrorModel:
@@ -155,7 +164,8 @@ class ErrorModel:
         """The error that `step` leads to; NaN, never an exception, if the step is not finite."""
         if self._posterior is None:
             self._posterior = fit(self._window.inputs, self._window.outputs, self._kernel)
-        prediction = predict(self._posterior, self._form.inputs(step))
+        inputs = self._form.inputs(step)
+        prediction = predict(self._posterior, inputs)
         flown = self._form.origin(step) + prediction.mean
         position, velocity = flown[:3], flown[3:]
         return PredictedError(
@@ -165,6 +175,7 @@ class ErrorModel:
             velocity=velocity,
             variance=prediction.variance,
             gradient=-prediction.gradient[:3, self._form.reference],
+            gradient_variance=gradient_variance(self._posterior, inputs, self._form.reference),
         )
 
     def forget(self) -> None:

@@ -150,3 +150,20 @@ def predict(posterior: Posterior, at: Float[Array, " d"]) -> Prediction:
     whitened, _ = dtrtrs(posterior.factor, covariance, lower=1)
     variance = kernel.prior_variance - float(whitened @ whitened)
     return Prediction(mean, max(variance, 0.0), gradient)
+
+
+def gradient_variance(posterior: Posterior, at: Float[Array, " d"], of: slice) -> Float[Array, " g"]:
+    """Variance of ∂f/∂ξ at one input, the same for each output, for the entries `of` ξ.
+
+    σ1²/l² where nothing is known (Rasmussen and Williams, section 9.4); NaN where the input is not finite.
+    """
+    kernel = posterior.kernel
+    length_scale = np.broadcast_to(kernel.length_scale, at.shape)
+    prior: Float[Array, " g"] = kernel.prior_variance / length_scale[of] ** 2
+    if len(posterior.inputs) == 0:
+        return prior
+    offsets = (posterior.inputs - at) / length_scale
+    covariance = kernel.prior_variance * np.exp(-0.5 * np.einsum("nd,nd->n", offsets, offsets))
+    whitened, _ = dtrtrs(posterior.factor, covariance[:, None] * (offsets / length_scale)[:, of], lower=1)
+    posterior_variance: Float[Array, " g"] = np.maximum(prior - np.sum(whitened**2, axis=0), 0.0)
+    return posterior_variance

@@ -16,7 +16,7 @@ learn for each. With inputs in the output's own unit one prior variance serves a
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -31,6 +31,9 @@ POSITION_STIFFNESS = 2.0
 """Acceleration that a position error is taken to call for (1/s²)."""
 VELOCITY_STIFFNESS = 2.0
 """The same of a velocity error (1/s)."""
+NOISE_REACH = 10.0
+"""A fitted σ2² is at most so many times larger or smaller than the given one."""
+_NOISE_LEVELS = np.geomspace(1.0 / NOISE_REACH, NOISE_REACH, 13)
 _AXES, _INPUTS, _OUTPUTS = 3, 5, 2
 
 
@@ -41,12 +44,14 @@ class LinearKernel(BaseModel):
         prior_variance: σ1², of each weight; of none when inputs and outputs have one unit.
         noise_variance: σ2² (m/s)². Outcomes of neighbouring steps overlap, so that they say less than
             independent ones would: σ2² is to be so many times larger.
+        noise: σ2² as given, or the likeliest within `NOISE_REACH` of that (`likeliest_kernel`).
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     prior_variance: PositiveFloat
     noise_variance: PositiveFloat
+    noise: Literal["given", "fitted"] = "given"
 
 
 class Weights(NamedTuple):
@@ -69,6 +74,40 @@ def fit_weights(
     information = _sums_of_products(inputs, inputs) + ridge
     inverse = np.asarray(np.linalg.inv(information), dtype=np.float64)
     return Weights(inverse @ _sums_of_products(inputs, outputs), kernel.noise_variance * inverse)
+
+
+def log_likelihoods(
+    inputs: Float[Array, "n 3 d"],
+    outputs: Float[Array, "n 3 m"],
+    prior_variance: float,
+    noise_variances: Float[Array, " k"],
+) -> Float[Array, " k"]:
+    """Log p(outputs | inputs) of each σ2², summed over axes and outputs, but for a constant.
+
+    Rasmussen and Williams, equation 5.8; with the eigenvalues λ of the inputs' products the determinant of
+    σ1² ΞΞᵀ + σ2² I and its inverse are sums over the few inputs, not over the observations.
+    """
+    eigenvalues, directions = np.linalg.eigh(_sums_of_products(inputs, inputs))
+    along = directions.swapaxes(1, 2) @ _sums_of_products(inputs, outputs)
+    explained = noise_variances[:, None, None] + prior_variance * np.maximum(eigenvalues, 0.0)
+    fitted = prior_variance * np.sum(along**2 / explained[..., None], axis=(1, 2, 3))
+    misfit = (np.sum(outputs**2) - fitted) / noise_variances
+    (n, axes, d), m = inputs.shape, outputs.shape[2]
+    spread = axes * (n - d) * np.log(noise_variances) + np.sum(np.log(explained), axis=(1, 2))
+    likelihoods: Float[Array, " k"] = -0.5 * (misfit + m * spread)
+    return likelihoods
+
+
+def likeliest_kernel(
+    inputs: Float[Array, "n 3 d"], outputs: Float[Array, "n 3 m"], kernel: LinearKernel
+) -> LinearKernel:
+    """The kernel with the σ2² of the highest marginal likelihood within `NOISE_REACH` of its own.
+
+    One decomposition serves all levels that are tried: always the same work, and no start to depend on.
+    """
+    levels = kernel.noise_variance * _NOISE_LEVELS
+    best = np.argmax(log_likelihoods(inputs, outputs, kernel.prior_variance, levels))
+    return kernel.model_copy(update={"noise_variance": float(levels[best])})
 
 
 def _sums_of_products(one: Float[Array, "n 3 d"], other: Float[Array, "n 3 m"]) -> Float[Array, "3 d m"]:
@@ -118,30 +157,35 @@ class MotionModel:
     def predict(self, step: Step) -> PredictedError:
         """The error that `step` leads to; NaN, never an exception, if the step is not finite."""
         if self._weights is None:
-            self._weights = fit_weights(
-                self._window.inputs.reshape(-1, _AXES, _INPUTS),
-                self._window.outputs.reshape(-1, _AXES, _OUTPUTS),
-                self._kernel,
-            )
+            self._weights = self._fit()
         inputs, lead_s = self._inputs(step), self._leads.position
         gained, velocity_gained = (inputs[:, None] @ self._weights.mean)[:, 0].T
         position = step.state[:3] + lead_s * (step.state[3:6] + gained)
         velocity = step.state[3:6] + velocity_gained
         variance = np.einsum("ad,ade,ae->a", inputs, self._weights.covariance, inputs)
-        pull = 0.5 * lead_s**2 * POSITION_STIFFNESS * self._weights.mean[:, 0, 0]
+        full_pull = 0.5 * lead_s**2 * POSITION_STIFFNESS
         return PredictedError(
             error=step.desired_position - position,
             velocity_error=step.desired_velocity - velocity,
             position=position,
             velocity=velocity,
             variance=float((lead_s**2 * variance).max()),
-            gradient=-np.diag(pull),
+            gradient=-np.diag(full_pull * self._weights.mean[:, 0, 0]),
+            gradient_variance=full_pull**2 * self._weights.covariance[:, 0, 0],
         )
 
     def forget(self) -> None:
         """Start anew, as after a gap in the telemetry."""
         self._window.clear()
         self._weights = None
+
+    def _fit(self) -> Weights:
+        inputs = self._window.inputs.reshape(-1, _AXES, _INPUTS)
+        outputs = self._window.outputs.reshape(-1, _AXES, _OUTPUTS)
+        fitted = self._kernel.noise == "fitted" and len(inputs) > 0
+        return fit_weights(
+            inputs, outputs, likeliest_kernel(inputs, outputs, self._kernel) if fitted else self._kernel
+        )
 
     def _inputs(self, step: Step) -> Float[Array, "3 5"]:
         position, velocity = step.state[:3], step.state[3:6]

@@ -49,6 +49,8 @@ class OnlineSettings(BaseModel):
         lead: how much early the reference is sent on which the correction rests.
         caution: how much an innovation counts against a predicted error (`correction.Confidence`); 0: not.
         velocity_caution: the same of the velocity, where the estimate's drift counts as innovation too.
+        variance_caution: how much the model's variance counts against each single predicted error
+            (`correction.certain_share`); 0: not.
         memory: steps over which that is judged.
         network_share: how far `dnn+gp` follows the network instead of the plain reference, 0 to 1,
             before it is known what that does.
@@ -72,6 +74,7 @@ class OnlineSettings(BaseModel):
     lead: ReferenceLead = ReferenceLead()
     caution: NonNegativeFloat = 0.0
     velocity_caution: NonNegativeFloat = 0.0
+    variance_caution: NonNegativeFloat = 0.0
     memory: Annotated[int, Field(ge=1, le=100_000)] = 100
     network_share: Annotated[float, Field(gt=0.0, le=1.0)] = 1.0
     harm_memory_s: NonNegativeFloat = 0.0
@@ -123,6 +126,8 @@ ESTIMATED = DEFAULT.model_copy(
         "gain": EstimatedGain(least=1.0, most=4.0),
         "corrected": "error",
         "velocity": "uncorrected",
+        "variance_caution": 1.0,
     }
 )
-"""Ours, with the gain that the online model itself gives at every step (Insight 1), and a longer preview."""
+"""Ours, with the gain that the online model itself gives at every step (Insight 1), and a longer preview.
+Gain and correction are limited by how uncertain the model is of the gradient and of the error."""

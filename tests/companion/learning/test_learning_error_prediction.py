@@ -53,6 +53,7 @@ def test_every_form_predicts_error_and_gradient(form: FormName) -> None:
     np.testing.assert_allclose(predicted.velocity_error, -velocity_after(step), atol=0.03)
     np.testing.assert_allclose(predicted.gradient, -GAIN, atol=0.05)
     assert 0.0 <= predicted.variance < 0.01
+    assert (predicted.gradient_variance < 0.01**2).all()
 
 
 @pytest.mark.parametrize("form", FORM_NAMES)

@@ -6,7 +6,7 @@ from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
 
 from companion.arrays import Array
-from companion.learning.gaussian_process import Kernel, SlidingWindow, fit, predict
+from companion.learning.gaussian_process import Kernel, SlidingWindow, fit, gradient_variance, predict
 from companion.learning.hyperparameters import (
     fitted_kernel,
     kernel_of,
@@ -60,6 +60,31 @@ def test_prediction_equals_sklearn(problem: Problem) -> None:
     np.testing.assert_allclose(ours.mean, mean[0], rtol=1e-8, atol=1e-8)
     # sklearn clips its own rounding to zero, and the root of 1e-16 is 1e-8
     np.testing.assert_allclose(ours.variance, deviation[0, 0] ** 2, rtol=1e-8, atol=1e-10)
+
+
+@settings(max_examples=50, deadline=None)
+@given(problems())
+def test_gradient_variance_is_that_of_differences(problem: Problem) -> None:
+    inputs, outputs, kernel = problem
+    at, small = samples(2, 1, inputs.shape[1])[0][0], 1e-2
+    theirs = GaussianProcessRegressor(
+        ConstantKernel(kernel.prior_variance) * RBF(kernel.length_scale),
+        alpha=kernel.noise_variance,
+        optimizer=None,
+    ).fit(inputs, outputs[:, 0])
+    ours = gradient_variance(fit(inputs, outputs, kernel), at, slice(0, 2))
+    for unit, variance in zip(np.eye(len(at)), ours, strict=False):
+        _, covariance = theirs.predict(at + small * np.array([[-1.0], [1.0]]) * unit, return_cov=True)
+        between = covariance[0, 0] + covariance[1, 1] - 2.0 * covariance[0, 1]
+        assert variance == pytest.approx(between / (2.0 * small) ** 2, rel=1e-2, abs=1e-7)
+
+
+def test_a_gradient_of_which_nothing_is_known_varies_as_the_prior_does() -> None:
+    kernel = Kernel(prior_variance=2.0, length_scale=(1.0, 2.0, 4.0), noise_variance=0.1)
+    nothing = fit(np.empty((0, 3)), np.empty((0, 1)), kernel)
+    np.testing.assert_allclose(gradient_variance(nothing, np.zeros(3), slice(1, 3)), [0.5, 0.125])
+    far = fit(np.full((1, 3), 1e3), np.zeros((1, 1)), kernel)
+    np.testing.assert_allclose(gradient_variance(far, np.zeros(3), slice(1, 3)), [0.5, 0.125])
 
 
 @settings(max_examples=50, deadline=None)

@@ -2,12 +2,19 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.stats import multivariate_normal
 
 from companion.arrays import Vec3
 from companion.learning.error_prediction import Step
 from companion.learning.features import Preview
 from companion.learning.gaussian_process import Kernel
-from companion.learning.motion_model import LinearKernel, MotionModel, fit_weights
+from companion.learning.motion_model import (
+    LinearKernel,
+    MotionModel,
+    fit_weights,
+    likeliest_kernel,
+    log_likelihoods,
+)
 from companion.learning.online_model import online_model
 from companion.learning.online_settings import DEFAULT, OnlineSettings
 
@@ -112,6 +119,54 @@ def test_the_weights_are_those_of_ridge_regression() -> None:
         np.testing.assert_allclose(weights.mean[axis], expected, atol=1e-12)
         covariance = 0.2 * np.linalg.inv(augmented.T @ augmented)
         np.testing.assert_allclose(weights.covariance[axis], covariance, atol=1e-12)
+
+
+def test_the_gradient_is_as_uncertain_as_its_weight() -> None:
+    """The error of a vehicle at rest, its reference moved aside by d, varies by d² var G."""
+    model = trained(window=8, kernel=LinearKernel(prior_variance=1.0, noise_variance=0.1))
+    still = Step(np.zeros(12), *np.zeros((7, 3)))
+    beside = still._replace(reference_position=np.array((0.0, 0.5, 0.0)))
+    predicted = model.predict(beside)
+    assert predicted.variance == pytest.approx(0.25 * predicted.gradient_variance[1])
+    assert (trained(window=60).predict(still).gradient_variance < predicted.gradient_variance).all()
+
+
+@given(st.integers(0, 10_000), st.integers(1, 12), st.floats(0.01, 10.0))
+def test_likelihoods_are_those_of_the_whole_covariance(seed: int, n: int, prior_variance: float) -> None:
+    rng = np.random.default_rng(seed)
+    inputs, outputs = rng.normal(size=(n, 3, 5)), rng.normal(size=(n, 3, 2))
+    levels = np.array((0.05, 0.5, 5.0))
+    expected = np.zeros(3)
+    for axis in range(3):
+        signal = prior_variance * inputs[:, axis] @ inputs[:, axis].T
+        for k, level in enumerate(levels):
+            process = multivariate_normal(cov=signal + level * np.eye(n))
+            expected[k] += np.sum(process.logpdf(outputs[:, axis].T))
+    found = log_likelihoods(inputs, outputs, prior_variance, levels)
+    np.testing.assert_allclose(np.diff(found), np.diff(expected), rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize(("true", "found"), [(1e-9, 0.002), (0.004, 0.004), (0.05, 0.05), (100.0, 0.2)])
+def test_the_noise_is_found_within_reach(true: float, found: float) -> None:
+    rng = np.random.default_rng(9)
+    inputs = rng.normal(size=(500, 3, 5))
+    outputs = np.einsum("nad,adm->nam", inputs, rng.normal(size=(3, 5, 2)))
+    outputs += np.sqrt(true) * rng.normal(size=outputs.shape)
+    kernel = LinearKernel(prior_variance=1.0, noise_variance=0.02, noise="fitted")
+    assert likeliest_kernel(inputs, outputs, kernel).noise_variance == pytest.approx(found, rel=0.3)
+
+
+def test_a_fitted_noise_knows_better_what_it_knows() -> None:
+    given, fitted = (
+        trained(kernel=LinearKernel(prior_variance=1.0, noise_variance=0.02, noise=noise))
+        for noise in ("given", "fitted")
+    )
+    step = random_step(np.random.default_rng(10))
+    assert fitted.predict(step).variance < 0.2 * given.predict(step).variance
+    error, given_error = (
+        np.linalg.norm(model.predict(step).position - outcome(step)) for model in (fitted, given)
+    )
+    assert error < given_error
 
 
 def test_only_the_window_counts() -> None:
