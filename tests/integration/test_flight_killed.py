@@ -2,14 +2,11 @@
 
 import asyncio
 import signal
-import sys
-from asyncio.subprocess import PIPE, Process
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
 from pathlib import Path
 
 import numpy as np
 import pytest
+from processes import companion, line_with
 
 from companion.recording import read_recording
 
@@ -17,30 +14,6 @@ SYSTEM_ID = 96
 PORT = 14540 + SYSTEM_ID - 1
 SERVE = ("sitl", "--system-id", str(SYSTEM_ID))
 FLY = ("fly", "star", "--connect", f"udpin://127.0.0.1:{PORT}", "--strategy", "baseline")
-
-
-@asynccontextmanager
-async def companion(*arguments: str) -> AsyncIterator[Process]:
-    program = "from companion.cli import main; main()"
-    process = await asyncio.create_subprocess_exec(
-        sys.executable, "-c", program, *arguments, stdout=PIPE, stderr=asyncio.subprocess.STDOUT
-    )
-    try:
-        yield process
-    finally:
-        if process.returncode is None:
-            process.kill()
-            await process.wait()
-
-
-async def line_with(text: str, process: Process) -> str:
-    assert process.stdout is not None
-    said = ""
-    while line := (await process.stdout.readline()).decode():
-        if text in line:
-            return line
-        said += line
-    raise AssertionError(f"it ended without saying {text!r}, but this: {said}")
 
 
 @pytest.mark.realtime

@@ -1,40 +1,16 @@
 """`companion sitl` and `companion fly` as a newcomer runs them: two processes, UDP between them, Ctrl-C."""
 
-import asyncio
 import signal
-import sys
-from asyncio.subprocess import PIPE, Process
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
 from pathlib import Path
 
 import pytest
+from processes import companion, line_with
 
 from companion.flight.replay import replay
 from companion.recording import read_recording
 
 SYSTEM_ID = 97  # ports of its own, away from those of a simulator that a developer may have running
 PORT = 14540 + SYSTEM_ID - 1
-
-
-@asynccontextmanager
-async def companion(*arguments: str) -> AsyncIterator[Process]:
-    program = "from companion.cli import main; main()"
-    process = await asyncio.create_subprocess_exec(sys.executable, "-c", program, *arguments, stdout=PIPE)
-    try:
-        yield process
-    finally:
-        if process.returncode is None:
-            process.kill()
-            await process.wait()
-
-
-async def line_with(text: str, process: Process) -> str:
-    assert process.stdout is not None
-    while line := (await process.stdout.readline()).decode():
-        if text in line:
-            return line
-    raise AssertionError(f"it ended without saying {text!r}")
 
 
 def recording_in(folder: Path) -> Path:
