@@ -7,7 +7,7 @@ from pathlib import Path
 
 from companion.errors import InputError
 from companion.experiments.logged_flights import LoggedFlight
-from companion.experiments.page import page, typed
+from companion.experiments.page import page, paths_section, typed
 
 COLUMNS = ("trajectory", "strategy", "vehicle", "time (s)", "RMS (m)", "max (m)", "u2 (m)")
 _MOST_EVENTS = 200
@@ -56,7 +56,7 @@ def write_flight_report(flights: Sequence[LoggedFlight], directory: Path, comman
             of_this = [each.flight for each in group]
             plots.plot_paths(of_this, directory / f"{number:02d}-path.png")
             plots.plot_over_time(of_this, directory / f"{number:02d}-time.png")
-            sections.append(_trajectory_section(name, f"{number:02d}"))
+            sections.append(paths_section(name, f"{number:02d}", "flight"))
         for number, each in enumerate(flights, start=1):
             picture = directory / f"flight-{number:02d}.png"
             tracking, (start_s, end_s) = each.recording.tracking, each.flight.time_s[[0, -1]]
@@ -86,18 +86,6 @@ correction.</p>
 def _html_row(logged: LoggedFlight) -> str:
     first, *others = map(escape, table_row(logged))
     return f'<tr><th scope="row">{first}</th>{"".join(f"<td>{cell}</td>" for cell in others)}</tr>'
-
-
-def _trajectory_section(name: str, stem: str) -> str:
-    name = escape(name)
-    return f"""<section>
-<h2>{name}</h2>
-<figure><img src="{stem}-path.png" alt="{name}: desired and flown path, a panel for each flight">
-<figcaption>Path: desired in grey, flown in colour from the dot on, with its RMS error.</figcaption></figure>
-<figure><img src="{stem}-time.png" alt="{name}: each axis and the error over time">
-<figcaption>Each axis over time, and the distance between desired and flown position.</figcaption></figure>
-</section>
-"""
 
 
 def _flight_section(logged: LoggedFlight, picture: str | None) -> str:

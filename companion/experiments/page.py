@@ -24,6 +24,19 @@ def page(title: str, body: str) -> str:
 """
 
 
+def paths_section(name: str, stem: str, panel: str) -> str:
+    """Pictures of a trajectory (HTML): `STEM-path.png`, a panel for each `panel`, and `STEM-time.png`."""
+    name = escape(name)
+    return f"""<section>
+<h2>{name}</h2>
+<figure><img src="{stem}-path.png" alt="{name}: desired and flown path, a panel for each {panel}">
+<figcaption>Path: desired in grey, flown in colour from the dot on, with its RMS error.</figcaption></figure>
+<figure><img src="{stem}-time.png" alt="{name}: each axis and the error over time">
+<figcaption>Each axis over time, and the distance between desired and flown position.</figcaption></figure>
+</section>
+"""
+
+
 def typed(commands: Sequence[str]) -> str:
     """What to type to make the same page (HTML)."""
     lines = escape("\n".join(commands))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from companion.errors import InputError
 from companion.experiments.flights import Flight
-from companion.experiments.page import page, typed
+from companion.experiments.page import page, paths_section, typed
 from companion.experiments.results import Cell, RmsErrors, results_rows, strategies_of, trajectories_of
 
 
@@ -50,7 +50,7 @@ def write_report(
             stem = f"{number:02d}-{_file_name(name)}"
             plots.plot_paths(of_this, directory / f"{stem}-path.png")
             plots.plot_over_time(of_this, directory / f"{stem}-time.png")
-            sections.append(_section(name, stem))
+            sections.append(paths_section(name, stem, "strategy"))
         colours = {strategy: plots.colour_of(strategy) for strategy in strategies_of(rms_m)}
         index = directory / "index.html"
         index.write_text(
@@ -63,18 +63,6 @@ def write_report(
 
 def _file_name(name: str) -> str:
     return re.sub(r"[^A-Za-z0-9]+", "-", name).strip("-").lower()[:40] or "trajectory"
-
-
-def _section(name: str, stem: str) -> str:
-    name = escape(name)
-    return f"""<section>
-<h2>{name}</h2>
-<figure><img src="{stem}-path.png" alt="{name}: desired and flown path, a panel for each strategy">
-<figcaption>Path: desired in grey, flown in colour from the dot on, with its RMS error.</figcaption></figure>
-<figure><img src="{stem}-time.png" alt="{name}: each axis and the error over time">
-<figcaption>Each axis over time, and the distance between desired and flown position.</figcaption></figure>
-</section>
-"""
 
 
 def _table(rms_m: RmsErrors, colours: Mapping[str, str]) -> str:
