@@ -59,14 +59,15 @@ class Planned:
         """The flight from where the vehicle is; InputError where a fence or a limit forbids it."""
         site = await vehicle_site(connection, telemetry)
         laid = self._laid(site, limits)
-        areas = await vehicle_fence(connection, telemetry, announce)
-        require_inside_areas(laid.path, laid.trajectory, areas, "vehicle")
+        own = await vehicle_fence(connection, telemetry, announce)
+        own.bounds.require_inside(laid.trajectory)
+        require_inside_areas(laid.path, laid.trajectory, own, "vehicle")
         for line in laid.lines(limits):
             announce(line)
         return self.make(
             laid.trajectory,
             limits=laid.guard,
-            vehicle_fence=areas,
+            vehicle_fence=own,
             takeoff_altitude_m=laid.path.takeoff_altitude_m,
             after=self.after or After[laid.path.ending.name],
         )

@@ -95,8 +95,8 @@ class Placed:
     ) -> FlightPlan:
         """The plan with the trajectory within `limits`; says where that takes longer."""
         trajectory = self.trajectory_within(limits)
-        areas = await vehicle_fence(connection, telemetry, announce)
-        areas.require_inside(trajectory, "the vehicle's fence")
+        own = await vehicle_fence(connection, telemetry, announce)
+        own.require_inside(trajectory)
         usual_s = self.plan.trajectory.duration_s
         if trajectory.duration_s > usual_s:
             asked = stretches(peaks_of(self.plan.trajectory), limits.peaks(usual_speed_m_s=math.inf))
@@ -107,7 +107,8 @@ class Placed:
             )
         for line in summarise(trajectory, limits).lines():
             announce(line)
-        return replace(self.plan, trajectory=trajectory, vehicle_fence=areas)
+        altitude_m = own.bounds.altitude_within(self.plan.takeoff_altitude_m)
+        return replace(self.plan, trajectory=trajectory, vehicle_fence=own, takeoff_altitude_m=altitude_m)
 
 
 @dataclass(frozen=True, eq=False)

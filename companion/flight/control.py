@@ -15,12 +15,12 @@ from companion.autopilot.position_loop import PositionLoop
 from companion.errors import TrackingError
 from companion.flight.continuous_frame import ContinuousFrame
 from companion.flight.expectation import Expectation
-from companion.flight.fence import Areas
-from companion.flight.guard import NO_AREAS, Before, Clip, Guarded, GuardLimits, guard
+from companion.flight.guard import Before, Clip, Guarded, GuardLimits, guard
 from companion.flight.heading import YawMode, yaw_jump
 from companion.flight.recorder import Recorder
 from companion.flight.reference import Reference
 from companion.flight.tracker import Tracker, tracking_error_m
+from companion.flight.vehicle_fence import NO_FENCE, VehicleFence
 from companion.state import VehicleState
 
 Triple: TypeAlias = tuple[float, float, float]
@@ -46,7 +46,7 @@ class ControlSettings(BaseModel):
     yaw_mode: YawMode
     period_s: float
     limits: GuardLimits
-    vehicle_fence: Areas = NO_AREAS
+    vehicle_fence: VehicleFence = NO_FENCE
     stiffness_1_s2: Triple | None = None
     damping_1_s: Triple | None = None
 

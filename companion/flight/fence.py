@@ -16,8 +16,8 @@ from companion.trajectory.trajectory import Trajectory
 
 MARGIN_M = 5.0
 """A fence around a path leaves it this much room: more than the tracking error that ends a flight."""
-_LOOK_EVERY_S = 0.02
-_ROUNDING_M = 1e-6
+LOOK_EVERY_S = 0.02
+ROUNDING_M = 1e-6
 
 Place: TypeAlias = Float[Array, "2"]
 """North and east of the takeoff point (m)."""
@@ -84,7 +84,7 @@ class Polygon(BaseModel):
 class Areas(BaseModel):
     """Areas to keep out of, and areas of which one must be stayed in, if there are any.
 
-    One is PX4's rule; `in_all` of them ArduPilot's, unless its FENCE_OPTIONS has bit 1.
+    `in_all` of them is the rule of PX4 and ArduPilot, unless the latter's FENCE_OPTIONS has bit 1.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -107,6 +107,10 @@ class Areas(BaseModel):
         intrusions = [-outside_m for keep_out, outside_m in outside if keep_out]
         return max(*intrusions, (max if self.in_all else min)(stay_in, default=-np.inf), -np.inf)
 
+    def corners(self) -> tuple[Vec3, Vec3]:
+        """Least and greatest NED position of the box around it, relative to the takeoff point (m): no box."""
+        return np.full(3, -np.inf), np.full(3, np.inf)
+
     def border(self, place: Place) -> Places:
         """The points of all borders that may be nearest to it."""
         return np.concatenate([np.zeros((0, 2)), *(area.border(place) for area in self._all)])
@@ -123,10 +127,10 @@ class Areas(BaseModel):
         """
         if not self:
             return
-        times_s = np.arange(0.0, trajectory.duration_s, _LOOK_EVERY_S)
+        times_s = np.arange(0.0, trajectory.duration_s, LOOK_EVERY_S)
         beyond_m = [self.beyond_m(place) for place in trajectory.sample(times_s).position[:, :2]]
         worst = int(np.argmax(beyond_m))
-        if beyond_m[worst] > _ROUNDING_M:
+        if beyond_m[worst] > ROUNDING_M:
             raise InputError(
                 f"{trajectory.name} is {beyond_m[worst]:.2f} m beyond {whose}, {times_s[worst]:.1f} s after "
                 "its beginning: move it, make it smaller, or change the fence"
@@ -178,10 +182,10 @@ class Fence(Areas):
         Raises:
             InputError: it leaves the fence; names where, and by how much.
         """
-        positions = trajectory.sample(np.arange(0.0, trajectory.duration_s, _LOOK_EVERY_S)).position
+        positions = trajectory.sample(np.arange(0.0, trajectory.duration_s, LOOK_EVERY_S)).position
         low, high = self.corners()
         beyond = np.maximum(low - positions.min(axis=0), positions.max(axis=0) - high)
-        if (beyond > _ROUNDING_M).any():
+        if (beyond > ROUNDING_M).any():
             axis = int(beyond.argmax())
             name = ("north_m", "east_m", "altitude_m")[axis]
             raise InputError(
@@ -197,7 +201,8 @@ def keep_inside(position: Vec3, home: Vec3, fence: Fence, vehicle_fence: Areas, 
     Where several borders meet and no point of one alone will do: north and east of `otherwise`, which
     should be inside.
     """
-    low, high = (home + corner for corner in fence.corners())
+    lowest, highest = zip(fence.corners(), vehicle_fence.corners(), strict=True)
+    low, high = home + np.maximum(*lowest), home + np.minimum(*highest)
     boxed: Vec3 = np.clip(position, low, high)
     place = boxed[:2] - home[:2]
     if _is_allowed(place, fence, vehicle_fence):
@@ -214,4 +219,4 @@ def keep_inside(position: Vec3, home: Vec3, fence: Fence, vehicle_fence: Areas, 
 
 
 def _is_allowed(place: Place, fence: Fence, vehicle_fence: Areas) -> bool:
-    return fence.beyond_m(place) <= _ROUNDING_M and vehicle_fence.beyond_m(place) <= _ROUNDING_M
+    return fence.beyond_m(place) <= ROUNDING_M and vehicle_fence.beyond_m(place) <= ROUNDING_M

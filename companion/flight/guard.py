@@ -12,14 +12,14 @@ from pydantic import BaseModel, ConfigDict, Field, PositiveFloat
 
 from companion.arrays import Vec3
 from companion.errors import InputError
-from companion.flight.fence import Areas, Fence, keep_inside
+from companion.flight.fence import Fence, keep_inside
 from companion.flight.reference import Correction, Reference
+from companion.flight.vehicle_fence import NO_FENCE, VehicleFence
 from companion.flight.watchdogs import Watchdogs
 from companion.state import VehicleState
 from companion.trajectory.limits import peaks_of
 from companion.trajectory.trajectory import Trajectory
 
-NO_AREAS = Areas()
 _LONGEST_STEP_S = 0.2
 """Between two setpoints that are farther apart, no more may change than in this time."""
 
@@ -111,7 +111,7 @@ def guard(
     state: VehicleState,
     home: Vec3,
     limits: GuardLimits,
-    vehicle_fence: Areas = NO_AREAS,
+    vehicle_fence: VehicleFence = NO_FENCE,
     before: Before | None = None,
 ) -> Guarded:
     """What may be sent in place of u1 + u2.

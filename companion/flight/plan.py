@@ -4,12 +4,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-from companion.flight.fence import Areas
-from companion.flight.guard import NO_AREAS, Clip, GuardLimits
+from companion.flight.guard import Clip, GuardLimits
 from companion.flight.heading import YawMode
 from companion.flight.online_correction import OnlineCorrection
 from companion.flight.strategies import ReferenceLaw, position_velocity
 from companion.flight.supervision import Supervision
+from companion.flight.vehicle_fence import NO_FENCE, VehicleFence
 from companion.recording.metrics import TrackingAccuracy
 from companion.recording.series import Recording
 from companion.trajectory.trajectory import Trajectory
@@ -50,7 +50,7 @@ class FlightPlan:
     supervision: Supervision | None = None
     period_s: float = 0.02
     limits: GuardLimits = field(default_factory=GuardLimits)
-    vehicle_fence: Areas = NO_AREAS
+    vehicle_fence: VehicleFence = NO_FENCE
     settle_s: float = 3.0
     takeoff_altitude_m: float = 2.5
     after: After = After.HOLD

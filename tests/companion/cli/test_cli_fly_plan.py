@@ -19,6 +19,8 @@ from companion.flight.guard import GuardLimits
 from companion.geodesy import PX4_EARTH, Place, geodetic_from_ned
 from companion.link import connect, start_telemetry
 from companion.link.dialect import mavlink
+from companion.link.parameter import set_parameters
+from companion.link.parameter_encoding import Encoding, Parameter, ParameterType
 from companion.mission.files import write_plan
 from companion.mission.items import Fence, FenceCircle, Frame, MissionItem, Plan
 from companion.mission.transfer import upload_plan
@@ -163,3 +165,18 @@ def test_the_vehicles_own_fence_counts_for_drawings_and_is_given_to_the_guard() 
     (circle,) = clock.run(laid(10.0), virtual=True).vehicle_fence.circles
     assert (circle.radius_m, circle.keep_out) == (10.0, False)
     assert math.hypot(circle.north_m, circle.east_m) < 1.0
+
+
+def test_a_plan_that_climbs_beyond_the_vehicles_own_ceiling_is_refused() -> None:
+    async def scenario() -> None:
+        async with connect("sitl://bebop2") as connection:
+            telemetry = await start_telemetry(connection)
+            ceiling = Parameter("GF_MAX_VER_DIST", 5.2, ParameterType.REAL32)
+            assert not await set_parameters(connection, [ceiling], Encoding.BYTEWISE)
+            flight = Planned("survey", SURVEY, FlightPlan, GuardLimits(), None, False)
+            with pytest.raises(
+                InputError, match=r"survey is 0\.30 m beyond what the vehicle's GF_MAX_VER_DIST"
+            ):
+                await flight.lay(connection, telemetry, Limits(), lambda text: None)
+
+    clock.run(scenario(), virtual=True)
