@@ -69,7 +69,7 @@ async def recorded(
             yield recorder
         finally:
             unhear()
-            announce(f"recording: {path}")
+            announce(f"recording: {log.path}")
 
 
 def versions(identity: Identity) -> dict[str, str]:

@@ -6,9 +6,11 @@ take waits in memory; when that is full, too, records are left out, and the flig
 """
 
 import asyncio
+import fcntl
 import io
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
+from itertools import chain, count
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -22,6 +24,7 @@ from companion.recording.tlog_frames import stamped
 from companion.recording.topics import Fields
 
 _PERIOD_S = 0.5
+_LINK = ".tlog"
 Tell: TypeAlias = Callable[[str], None]
 
 
@@ -30,16 +33,17 @@ async def flight_log(path: Path, provenance: Provenance, tell: Tell) -> AsyncIte
     """Write the files of a flight until the block ends.
 
     Args:
-        path: of the MCAP file; the `.tlog` is beside it, by the same name.
+        path: of the MCAP file; the `.tlog` is beside it, by the same name. What another flight is writing
+            is left to it: then it is `FLIGHT-2.mcap`.
         provenance: what the flight is.
         tell: told once when the files cannot be written as they should, and once when they can again.
 
     Raises:
         InputError: a file cannot be opened.
     """
-    files = [await asyncio.to_thread(_opened, each) for each in (path, path.with_suffix(".tlog"))]
+    path, *files = await asyncio.to_thread(_opened, path)
     mcap, tlog = map(Spool, files)
-    log = FlightLog(mcap, tlog, provenance, tell)
+    log = FlightLog(path, mcap, tlog, provenance, tell)
     try:
         async with background_tasks() as spawn:
             spawn(log.keep_writing())
@@ -48,23 +52,46 @@ async def flight_log(path: Path, provenance: Provenance, tell: Tell) -> AsyncIte
         await asyncio.to_thread(log.close)
 
 
-def _opened(path: Path) -> io.FileIO:
+def _opened(path: Path) -> tuple[Path, io.FileIO, io.FileIO]:
+    """Both files, empty, and the path of the MCAP file."""
+    if path.suffix == _LINK:
+        raise InputError(f"{path}: that is where the raw link goes: name the recording {path.stem}.mcap")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        return path.open("wb", buffering=0)
+        mcap = _claimed(path)
+        path = Path(mcap.name)
+        return path, mcap, path.with_suffix(_LINK).open("wb", buffering=0)
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror})") from error
+
+
+def _claimed(path: Path) -> io.FileIO:
+    """The file at `path`, or at the next name that nobody is writing to: empty, and ours until closed."""
+    names = chain((path,), (path.with_stem(f"{path.stem}-{number}") for number in count(2)))
+    while True:
+        file = next(names).open("ab", buffering=0)
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            file.close()
+            continue
+        except OSError:
+            pass  # a file system without locks
+        file.truncate(0)
+        return file
 
 
 class FlightLog:
     """A `Sink` that is written to two files; none of its methods but `close` waits for the disk.
 
     Attributes:
+        path: of the MCAP file.
         lost: how many messages and frames were left out.
         epoch_s: date (Unix time, s) of the zero of the companion clock.
     """
 
-    def __init__(self, mcap: Spool, tlog: Spool, provenance: Provenance, tell: Tell) -> None:
+    def __init__(self, path: Path, mcap: Spool, tlog: Spool, provenance: Provenance, tell: Tell) -> None:
+        self.path = path
         self.lost = 0
         self._mcap, self._tlog = mcap, tlog
         self._tell = tell

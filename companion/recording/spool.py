@@ -1,5 +1,6 @@
 """A file that is written in the background, however slow the disk is, and whatever becomes of it."""
 
+import errno
 import io
 import os
 import threading
@@ -50,7 +51,7 @@ class Spool:
         """Write all that waits, and have the disk keep it; may take long, and be called from any thread.
 
         Raises:
-            OSError: it cannot be written now; what was not written waits on.
+            OSError: it cannot be written now, and what was not written waits on; or it was removed meanwhile.
         """
         with self._writing:
             while self._waiting:
@@ -63,6 +64,8 @@ class Spool:
                 else:
                     self._waiting.popleft()
             os.fsync(self._file.fileno())
+            if not os.fstat(self._file.fileno()).st_nlink:
+                raise OSError(errno.ENOENT, "the file was removed")
 
     def close(self) -> None:
         """Close the file; what waits is lost."""

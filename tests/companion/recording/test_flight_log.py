@@ -132,7 +132,7 @@ def test_a_full_disk_is_said_once_and_the_flight_goes_on(tmp_path: Path) -> None
 
     async def fly_on() -> int:
         disk = SmallDisk(path, room=20_000)
-        log = FlightLog(Spool(disk, most_waiting=30_000), Spool(tlog), PROVENANCE, said.append)
+        log = FlightLog(path, Spool(disk, most_waiting=30_000), Spool(tlog), PROVENANCE, said.append)
         writing = asyncio.create_task(log.keep_writing())
         while clock.now() < 59.99:
             disk.room += 1_000_000 if clock.now() == pytest.approx(40.0) else 0
@@ -159,7 +159,7 @@ def test_a_disk_that_stays_full_loses_the_end_and_says_so(tmp_path: Path) -> Non
     path, tlog = tmp_path / "flight.mcap", (tmp_path / "flight.tlog").open("wb", buffering=0)
 
     async def fly_on() -> None:
-        log = FlightLog(Spool(SmallDisk(path, room=20_000)), Spool(tlog), PROVENANCE, said.append)
+        log = FlightLog(path, Spool(SmallDisk(path, room=20_000)), Spool(tlog), PROVENANCE, said.append)
         for _ in range(500):
             add_state(log)
             await asyncio.sleep(0.02)
@@ -184,7 +184,7 @@ async def test_a_disk_that_hangs_does_not_hold_up_the_loop(
     said: list[str] = []
     path, tlog = tmp_path / "flight.mcap", (tmp_path / "flight.tlog").open("wb", buffering=0)
     spool = Spool(Hanging(path, room=10**9), most_waiting=200_000)
-    log = FlightLog(spool, Spool(tlog), PROVENANCE, said.append)
+    log = FlightLog(path, spool, Spool(tlog), PROVENANCE, said.append)
     writing = asyncio.create_task(log.keep_writing())
     for _ in range(10_000):
         add_state(log)
@@ -201,6 +201,48 @@ async def test_a_disk_that_hangs_does_not_hold_up_the_loop(
         await writing
     await asyncio.to_thread(log.close)
     assert len(read_mcap(path).states.time_s) > 100
+
+
+def test_two_flights_at_once_have_files_of_their_own(tmp_path: Path) -> None:
+    path = tmp_path / "flight.mcap"
+
+    async def fly_both() -> list[Path]:
+        async with (
+            flight_log(path, PROVENANCE, pytest.fail) as one,
+            flight_log(path, Provenance(vehicle="ardrone2"), pytest.fail) as other,
+        ):
+            add_state(one)
+            add_state(other)
+            return [one.path, other.path]
+
+    paths = virtually(fly_both())
+    assert paths == [path, tmp_path / "flight-2.mcap"]
+    assert [read_mcap(each).provenance.vehicle for each in paths] == ["bebop2", "ardrone2"]
+    assert len(list(tmp_path.glob("*.tlog"))) == 2
+    virtually(fly(path, 1.0))
+    assert len(read_mcap(path).states.time_s) == 50, "a flight that is over is in nobody's way"
+
+
+def test_files_that_are_removed_in_flight_are_missed_once(tmp_path: Path) -> None:
+    said: list[str] = []
+
+    async def fly_on() -> None:
+        async with flight_log(tmp_path / "flights" / "one.mcap", PROVENANCE, said.append) as log:
+            shutil.rmtree(tmp_path / "flights")
+            for _ in range(100):
+                add_state(log)
+                await asyncio.sleep(0.02)
+
+    virtually(fly_on())
+    assert said == [
+        "the recording cannot be written (the file was removed): the flight goes on without, if need be",
+        "the end of the recording is lost (the file was removed)",
+    ]
+
+
+def test_the_link_needs_a_file_of_its_own(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"name the recording flight\.mcap"):
+        virtually(fly(tmp_path / "flight.tlog"))
 
 
 def test_a_place_where_nothing_can_be_written_is_an_error(tmp_path: Path) -> None:
