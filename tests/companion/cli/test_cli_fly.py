@@ -54,6 +54,7 @@ def test_a_flight_says_how_closely_it_tracked(companion: Run, line: Path, tmp_pa
     assert (told["conditions"], told["seed"]) == ("realistic", 5)
     assert told["software"]
 
+    assert told["recording"] == str(record)
     recording = read_recording(record)
     assert recording.provenance.strategy == "feedforward"
     assert recording.tracking is not None
@@ -117,13 +118,14 @@ def test_the_fence_of_a_file_ends_a_flight_before_it_begins(companion: Run, tmp_
 
 
 def test_a_flight_that_fails_leaves_its_recording(companion: Run, line: Path, tmp_path: Path) -> None:
-    guard, record = tmp_path / "guard.yaml", tmp_path / "flight.mcap"
+    guard, record, result = (tmp_path / name for name in ("guard.yaml", "flight.mcap", "flight.json"))
     guard.write_text("tracking_error_m: 0.01")
     ran = companion(
         *("fly", line, "--connect", "sitl://bebop2", "--strategy", "baseline"),
-        *("--guard", guard, "--record", record),
+        *("--guard", guard, "--record", record, "--json", result),
     )
     assert ran.status == 1
+    assert not result.exists()
     assert "m from where it should be (limit 0.01 m)" in ran.err
     assert "the vehicle holds" in ran.out
     recording = read_recording(record)
@@ -159,7 +161,9 @@ def test_the_vehicles_own_vertical_limits_count(companion: Run, tmp_path: Path) 
     slowed_s, usual_s = re.findall(
         r"asks for \(up_m_s\): it takes ([\d.]+) s instead of ([\d.]+) s", ran.out
     )[0]
-    assert float(slowed_s) == pytest.approx(json.loads(result.read_text())["duration_s"], abs=0.1)
+    told = json.loads(result.read_text())
+    assert float(slowed_s) == pytest.approx(told["duration_s"], abs=0.1)
+    assert told["recording"] is None
     assert float(slowed_s) > 1.0 / (0.8 * 0.5) > float(usual_s)
 
 
