@@ -136,7 +136,10 @@ class Reboot(_Fault):
 
 
 class PilotMode(_Fault):
-    """The pilot switches to a mode on the remote control, sticks in the middle."""
+    """The pilot switches to a mode on the remote control, sticks in the middle.
+
+    The names are PX4's; ArduPilot has LOITER for both POSCTL and HOLD.
+    """
 
     meaning = "the pilot switches to a mode"
     kind: Literal["pilot_mode"] = "pilot_mode"

@@ -9,7 +9,7 @@ import numpy as np
 from sitl.arrays import Vec3
 from sitl.battery import Pack
 from sitl.estimator import STEPS_PER_S, Estimator
-from sitl.firmware.ardupilot_failsafes import GroundLink, LowBattery
+from sitl.firmware.ardupilot_failsafes import Links, LowBattery
 from sitl.firmware.ardupilot_flight import (
     begin_hovering,
     estimate_now,
@@ -19,21 +19,13 @@ from sitl.firmware.ardupilot_flight import (
 )
 from sitl.firmware.ardupilot_guidance import Guidance
 from sitl.firmware.ardupilot_loops import begin_control, fly_tick, new_loops
-from sitl.firmware.ardupilot_modes import MODE_NAMES, reason_not_to_enter
+from sitl.firmware.ardupilot_modes import EQUIVALENTS, MODE_NAMES, reason_not_to_enter
 from sitl.firmware.ardupilot_navigator import Navigator
 from sitl.firmware.ardupilot_parameters import ArduPilotParameters
 from sitl.firmware.ardupilot_takeoff import Phase, Takeoff
 from sitl.firmware.ardupilot_tuning import tuned_parameters
 from sitl.firmware.commander import Commander
-from sitl.firmware.interface import (
-    AttitudeTarget,
-    Estimate,
-    Landed,
-    Mode,
-    Result,
-    Setpoint,
-    Severity,
-)
+from sitl.firmware.interface import AttitudeTarget, Estimate, Landed, Mode, Result, Setpoint, Severity
 from sitl.plan.items import PlanKind
 from sitl.plant import STEPS_PER_TICK, TICK_S, Plant, TickNoise
 from sitl.quaternion import yaw_of
@@ -61,7 +53,7 @@ class ArduPilot(Commander[ArduPilotParameters]):
         self._takeoff = Takeoff(self._parameters)
         self.failsafe = False
         self._low_battery = LowBattery()
-        self._ground_link = GroundLink()
+        self._links = Links()
         self._climbs_to: float | None = None
         self._setpoint_at_s: float | None = None
         self._navigator = Navigator(
@@ -155,10 +147,11 @@ class ArduPilot(Commander[ArduPilotParameters]):
 
     def hear_ground_station(self, system_id: int) -> None:
         """Only the ground station of SYSID_MYGCS counts."""
-        self._ground_link.hear(self._parameters, system_id, self._time_s)
+        self._links.hear_ground(self._parameters, system_id, self._time_s)
 
     def set_mode(self, mode: Mode) -> Result:
         """Change the mode, unless its conditions are not met; the reason is a status text."""
+        mode = EQUIVALENTS.get(mode, mode)
         reason = self._reason_not_to_enter(mode)
         if reason is not None:
             self._say(Severity.WARNING, f"Mode change to {MODE_NAMES.get(mode, mode.name)} failed: {reason}")
@@ -256,16 +249,18 @@ class ArduPilot(Commander[ArduPilotParameters]):
         if self._armed:
             self._watch_position()
             self._watch_battery()
-            self._watch_ground_link()
+            self._watch_links()
             self._watch_ground()
             self._watch_fence()
-            self._navigator.update(self._mode, self._time_s, landed=not self._in_flight)
+            self._navigator.update(
+                self._mode, self._time_s, landed=not self._in_flight, position_ok=self.position_ok
+            )
             if self._in_flight:
                 self._fly()
         self._time_s = until_s
 
     def _watch_position(self) -> None:
-        """Land where it is lost, which is FS_EKF_ACTION's default; on what is left of the estimate."""
+        """Land where it is lost, which is FS_EKF_ACTION's default."""
         if self._in_flight and not self.position_ok and self._mode not in (Mode.LAND, Mode.STABILIZE):
             self._say(Severity.CRITICAL, "EKF variance")
             self._fail_into(Mode.LAND)
@@ -348,15 +343,13 @@ class ArduPilot(Commander[ArduPilotParameters]):
             self._fail_into(action)
             self._say(Severity.CRITICAL, f"Battery Failsafe, mode {MODE_NAMES[action]}")
 
-    def _watch_ground_link(self) -> None:
-        if not self._ground_link.breaks(self._parameters, self._time_s):
-            return
-        self._say(Severity.WARNING, "GCS Failsafe")
-        action = self._ground_link.action(self._parameters, self._mode)
-        if not self._in_flight:
-            self._disarm()
-        elif action is not None:
-            self._fail_into(action)
+    def _watch_links(self) -> None:
+        for link, action in self._links.lost(self._parameters, self._mode, self._pilot, self._time_s):
+            self._say(Severity.WARNING, f"{link} Failsafe")
+            if not self._in_flight:
+                self._disarm()
+            elif action is not self._mode:
+                self._fail_into(action)
 
     def _count_items(self, kind: PlanKind, count: int) -> None:
         self._parameters = self._parameters.changed(_TOTALS[kind], count)

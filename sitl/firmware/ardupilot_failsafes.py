@@ -1,13 +1,19 @@
-"""What ArduPilot watches while it is armed: battery and ground station (`AP_BattMonitor`, `events.cpp`)."""
+"""What ArduPilot watches while armed: battery, radio and ground station (`AP_BattMonitor`, `events.cpp`)."""
+
+from collections.abc import Iterator, Mapping
 
 from sitl.firmware.ardupilot_parameters import ArduPilotParameters
 from sitl.firmware.interface import Mode
+from sitl.firmware.pilot import Pilot
 from sitl.plant import TICK_S
 
 _BATTERY_ACTIONS = {0: None, 1: Mode.LAND, 2: Mode.RTL}
-_LAND = 5
-_GO_ON_IN_GUIDED = 1 << 2
-"""Bit of FS_OPTIONS."""
+_GROUND_LOST: Mapping[int, Mode] = {5: Mode.LAND, 7: Mode.BRAKE}
+_RADIO_LOST: Mapping[int, Mode] = {3: Mode.LAND, 7: Mode.BRAKE}
+"""FS_GCS_ENABLE and FS_THR_ENABLE; all others are RTL here."""
+_GUIDED_WITHOUT_RADIO, _GO_ON_LANDING, _PILOTED_WITHOUT_GROUND = 1 << 2, 1 << 3, 1 << 4
+"""Bits of FS_OPTIONS."""
+_PILOTED = (Mode.STABILIZE, Mode.HOLD)
 
 
 class LowBattery:
@@ -32,28 +38,29 @@ class LowBattery:
         return _BATTERY_ACTIONS[parameters.BATT_FS_LOW_ACT]
 
 
-class GroundLink:
-    """Whether the ground station of SYSID_MYGCS, once heard, has fallen silent."""
+class Links:
+    """Whether radio and ground station, once heard, have fallen silent, and what follows."""
 
     def __init__(self) -> None:
-        self._heard_s: float | None = None
+        self._ground_heard_s: float | None = None
+        self._radio_lost = False
 
-    def hear(self, parameters: ArduPilotParameters, system_id: int, time_s: float) -> None:
-        """A ground station has spoken."""
+    def hear_ground(self, parameters: ArduPilotParameters, system_id: int, time_s: float) -> None:
+        """A ground station has spoken; that of SYSID_MYGCS counts."""
         if system_id == parameters.SYSID_MYGCS:
-            self._heard_s = time_s
+            self._ground_heard_s = time_s
 
-    def breaks(self, parameters: ArduPilotParameters, time_s: float) -> bool:
-        """Whether it has just been silent for FS_GCS_TIMEOUT, and FS_GCS_ENABLE cares."""
-        p, heard_s = parameters, self._heard_s
-        if not p.FS_GCS_ENABLE or heard_s is None or time_s - heard_s <= p.FS_GCS_TIMEOUT:
-            return False
-        self._heard_s = None
-        return True
-
-    @staticmethod
-    def action(parameters: ArduPilotParameters, mode: Mode) -> Mode | None:
-        """What FS_GCS_ENABLE asks for in this mode; None to go on."""
-        if mode is Mode.LAND or (mode is Mode.OFFBOARD and parameters.FS_OPTIONS & _GO_ON_IN_GUIDED):
-            return None
-        return Mode.LAND if parameters.FS_GCS_ENABLE == _LAND else Mode.RTL
+    def lost(
+        self, parameters: ArduPilotParameters, mode: Mode, pilot: Pilot, time_s: float
+    ) -> Iterator[tuple[str, Mode]]:
+        """What has just been missed for too long, and the mode to go on in."""
+        p, heard_s = parameters, self._ground_heard_s
+        goes_on = mode is Mode.LAND and p.FS_OPTIONS & _GO_ON_LANDING
+        if p.FS_GCS_ENABLE and heard_s is not None and time_s - heard_s > p.FS_GCS_TIMEOUT:
+            self._ground_heard_s = None
+            piloted = mode in _PILOTED and p.FS_OPTIONS & _PILOTED_WITHOUT_GROUND
+            yield "GCS", mode if goes_on or piloted else _GROUND_LOST.get(p.FS_GCS_ENABLE, Mode.RTL)
+        was_lost, self._radio_lost = self._radio_lost, pilot.is_lost(0.0, p.RC_FS_TIMEOUT, time_s)
+        if p.FS_THR_ENABLE and self._radio_lost and not was_lost:
+            guided = mode is Mode.OFFBOARD and p.FS_OPTIONS & _GUIDED_WITHOUT_RADIO
+            yield "Radio", mode if goes_on or guided else _RADIO_LOST.get(p.FS_THR_ENABLE, Mode.RTL)

@@ -133,14 +133,18 @@ class Guidance:
             del self._legs[0]
             self.target.position[:] = self._legs[0]
 
-    def descend(self, height: float) -> None:
-        """Straight down, `height` (m) above home: fast, but slow below LAND_ALT_LOW."""
+    def descend(self, height: float, *, level: bool = False) -> None:
+        """Straight down, `height` (m) above home: fast, but slow below LAND_ALT_LOW.
+
+        Without a position as `level` as the wind lets it, for nobody moves the sticks (`mode_land.cpp`).
+        """
         p = self._parameters
         slow, fast = 0.01 * p.LAND_SPEED, 0.01 * (p.LAND_SPEED_HIGH or p.WPNAV_SPEED_DN)
         left = height - max(0.01 * p.LAND_ALT_LOW, _LOWEST_M)
         speed = sqrt_controller(left, 1.0, 0.01 * p.WPNAV_ACCEL_Z, 0.0)
-        if self.target.follow[0] != Follow.VELOCITY or self.target.velocity[:2].any():
-            self.stop()
+        horizontal = Follow.LEVEL if level else Follow.VELOCITY
+        if self.target.follow[0] != horizontal or self.target.velocity[:2].any():
+            self._aim(horizontal, Follow.VELOCITY)
         self.target.velocity[2] = min(max(speed, slow), max(fast, slow))
 
     def _aim(

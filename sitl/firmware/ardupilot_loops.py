@@ -28,7 +28,7 @@ from sitl.firmware.ardupilot_attitude import (
 )
 from sitl.firmware.ardupilot_motors import Mixer, MotorLimits, mix, mixer
 from sitl.firmware.ardupilot_parameters import ArduPilotParameters
-from sitl.firmware.ardupilot_path import Path, PathLimits, Target, path, path_limits, shape_path
+from sitl.firmware.ardupilot_path import Follow, Path, PathLimits, Target, path, path_limits, shape_path
 from sitl.firmware.ardupilot_pid import LowPass, blend, low_pass, settle, smooth
 from sitl.firmware.ardupilot_position import (
     PositionGains,
@@ -211,9 +211,12 @@ def fly_loop(loops: Loops, goal: Target, estimate: Estimator, down_unlimited: bo
     if down_unlimited and limit > 0.0:
         loops.path.limit[2] = 0.0
     shape_path(loops.limits, goal, loops.path, LOOP_S)
-    control_horizontal(
-        loops.position, loops.position_state, loops.path, estimate.position, estimate.velocity, LOOP_S
-    )
+    if goal.follow[0] == Follow.LEVEL:
+        loops.position_state.wanted[0] = loops.position_state.wanted[1] = 0.0
+    else:
+        control_horizontal(
+            loops.position, loops.position_state, loops.path, estimate.position, estimate.velocity, LOOP_S
+        )
     control_vertical(
         loops.position,
         loops.position_state,

@@ -15,6 +15,9 @@ MODE_NAMES: Mapping[Mode, str] = {
     Mode.MISSION: "AUTO",
 }
 
+EQUIVALENTS: Mapping[Mode, Mode] = {Mode.POSCTL: Mode.HOLD}
+"""What ArduPilot has for PX4's modes: LOITER is both, held while the sticks are in their middle."""
+
 
 def reason_not_to_enter(
     mode: Mode, mission: Mission, armed: bool, *, in_flight: bool, position_ok: bool

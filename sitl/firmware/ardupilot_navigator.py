@@ -107,11 +107,12 @@ class Navigator:
         elif mode is Mode.MISSION and (self._mission.complete or self._parameters.MIS_RESTART):
             self._mission.restart()
 
-    def update(self, mode: Mode, time_s: float, *, landed: bool) -> None:
+    def update(self, mode: Mode, time_s: float, *, landed: bool, position_ok: bool) -> None:
         """Follow mission, return or descent."""
         if self.lands:
             if not landed:
-                self._guidance.descend(float(self.plans.home[2] - self._estimate.position[2]))
+                height = float(self.plans.home[2] - self._estimate.position[2])
+                self._guidance.descend(height, level=not position_ok)
         elif mode is Mode.RTL and not landed:
             self._follow_return(time_s)
         elif mode is Mode.MISSION and (not landed or self.may_lift_off or self._parameters.AUTO_OPTIONS & 2):

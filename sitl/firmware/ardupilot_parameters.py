@@ -112,10 +112,14 @@ class ArduPilotParameters(Parameters):
     BATT_FS_LOW_ACT: Annotated[Literal[0, 1, 2], Stored.INT8] = 0
     """None, Land, RTL."""
     FS_GCS_ENABLE: Annotated[Literal[0, 1, 3, 4, 5, 6, 7], Stored.INT8] = 0
-    """When the ground station of SYSID_MYGCS is gone: nothing, Land for 5, else RTL."""
+    """When the ground station of SYSID_MYGCS is gone: nothing, Land for 5, Brake for 7, else RTL."""
     FS_GCS_TIMEOUT: float = Field(5.0, ge=2.0, le=120.0)
+    FS_THR_ENABLE: Annotated[Literal[0, 1, 2, 3, 4, 5, 6, 7], Stored.INT8] = 1
+    """When the radio is gone: nothing, Land for 3, Brake for 7, else RTL."""
+    RC_FS_TIMEOUT: float = Field(1.0, ge=0.5, le=10.0)
     FS_OPTIONS: int = Field(16, ge=0, le=63)
-    """Bit 2: go on in GUIDED when the ground station is gone."""
+    """Bits: 2 to go on in GUIDED without radio, 3 to go on landing, 4 in the pilot's modes without ground
+    station."""
     SYSID_THISMAV: Int16 = Field(1, ge=1, le=255)
     SYSID_MYGCS: Int16 = Field(255, ge=1, le=255)
     ARMING_CHECK: int = Field(1, ge=0, le=0xFFFFF)

@@ -37,6 +37,7 @@ class Follow(IntEnum):
     TRAJECTORY = 1  # position, velocity and acceleration
     VELOCITY = 2  # velocity and acceleration
     ACCELERATION = 3
+    LEVEL = 4  # horizontally alone: nothing, for there is no position
 
 
 class PathLimits(NamedTuple):

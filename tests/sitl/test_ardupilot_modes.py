@@ -265,7 +265,7 @@ def small_battery(**parameters: float) -> Vehicle:
 
 def test_modes_that_cannot_be_flown_are_refused() -> None:
     sim = in_guided()
-    for mode in (Mode.STABILIZE, Mode.POSCTL, Mode.TAKEOFF):
+    for mode in (Mode.STABILIZE, Mode.ALTCTL, Mode.TAKEOFF):
         assert sim.firmware.set_mode(mode) is Result.FAILED
     assert "Mode change to STABILIZE failed: no pilot" in texts(sim)
     assert mode_of(sim) is Mode.OFFBOARD

@@ -117,25 +117,71 @@ def test_px4_does_not_miss_a_pilot_who_was_gone_before_it_was_armed() -> None:
     assert sim.firmware.mode is Mode.HOLD
 
 
+def in_mode(mode: Mode, **parameters: float) -> Simulation:
+    """ArduPilot, hovering in `mode`."""
+    sim = in_hover(ARDUCOPTER)
+    for name, value in parameters.items():
+        sim.firmware.set_parameter(name, value)
+    assert sim.firmware.set_mode(mode) is Result.ACCEPTED
+    return sim
+
+
 @pytest.mark.parametrize(
     ("enabled", "heard", "mode"),
-    [(1, 255, Mode.RTL), (5, 255, Mode.LAND), (1, 7, Mode.HOLD), (0, 255, Mode.HOLD)],
+    [
+        (1, 255, Mode.RTL),
+        (5, 255, Mode.LAND),
+        (7, 255, Mode.BRAKE),
+        (1, 7, Mode.OFFBOARD),
+        (0, 255, Mode.OFFBOARD),
+    ],
 )
 def test_ardupilot_misses_its_own_ground_station_only(enabled: int, heard: int, mode: Mode) -> None:
-    sim = in_hover(ARDUCOPTER)
-    sim.firmware.set_parameter("FS_GCS_ENABLE", enabled)
+    sim = in_mode(Mode.OFFBOARD, FS_GCS_ENABLE=enabled)
     sim.firmware.hear_ground_station(heard)
     sim.advance(sim.time_s + 5.2)
     assert sim.firmware.mode is mode
-    assert sim.firmware.failsafe == (mode is not Mode.HOLD)
+    assert sim.firmware.failsafe == (mode is not Mode.OFFBOARD)
 
 
-@pytest.mark.parametrize(("options", "mode"), [(4, Mode.OFFBOARD), (0, Mode.RTL)])
-def test_ardupilot_may_go_on_in_guided(options: int, mode: Mode) -> None:
-    sim = with_ground_station(in_hover(ARDUCOPTER), FS_GCS_ENABLE=1, FS_OPTIONS=options)
+@pytest.mark.parametrize(
+    ("before", "options", "after"),
+    [
+        (Mode.HOLD, 16, Mode.HOLD),
+        (Mode.HOLD, 0, Mode.RTL),
+        (Mode.OFFBOARD, 4 | 16, Mode.RTL),
+        (Mode.LAND, 8, Mode.LAND),
+        (Mode.LAND, 16, Mode.RTL),
+    ],
+)
+def test_ardupilot_may_go_on_without_ground_station(before: Mode, options: int, after: Mode) -> None:
+    sim = with_ground_station(in_mode(before), FS_GCS_ENABLE=1, FS_GCS_TIMEOUT=2.0, FS_OPTIONS=options)
+    sim.advance(sim.time_s + 2.2)
+    assert sim.firmware.mode is after
+    assert "GCS Failsafe" in texts(sim)
+
+
+@pytest.mark.parametrize(("action", "mode"), [(1, Mode.RTL), (3, Mode.LAND), (7, Mode.BRAKE)])
+def test_ardupilot_misses_a_radio_that_was_there(action: int, mode: Mode) -> None:
+    sim = in_mode(Mode.OFFBOARD)
+    lose_pilot(sim, FS_THR_ENABLE=action)
+    assert not sim.firmware.failsafe
+    sim.advance(sim.time_s + 0.1)
+    assert (sim.firmware.mode, sim.firmware.failsafe) == (mode, True)
+    assert "Radio Failsafe" in texts(sim)
     assert sim.firmware.set_mode(Mode.OFFBOARD) is Result.ACCEPTED
-    sim.advance(sim.time_s + 5.2)
-    assert sim.firmware.mode is mode
+    sim.advance(sim.time_s + 2.0)
+    assert sim.firmware.mode is Mode.OFFBOARD  # once for each loss
+
+
+@pytest.mark.parametrize(
+    "parameters", [{"FS_OPTIONS": 4}, {"FS_THR_ENABLE": 0}, {"RC_FS_TIMEOUT": 5.0}], ids=str
+)
+def test_ardupilot_goes_on_in_guided_without_radio_where_it_may(parameters: dict[str, float]) -> None:
+    sim = in_mode(Mode.OFFBOARD)
+    lose_pilot(sim, **parameters)
+    sim.advance(sim.time_s + 0.5)
+    assert (sim.firmware.mode, sim.firmware.failsafe) == (Mode.OFFBOARD, False)
 
 
 @pytest.mark.parametrize("vehicle", [load_vehicle("bebop2"), ARDUCOPTER], ids=["px4", "ardupilot"])

@@ -11,7 +11,7 @@ from sitl.faults.disturbance import disturbance, gust_share
 from sitl.faults.kinds import Gust
 from sitl.faults.reading import parse_fault
 from sitl.faults.schedule import Active
-from sitl.firmware.interface import Mode
+from sitl.firmware.interface import Mode, Result
 from sitl.quaternion import yaw_of
 from sitl.simulation import Simulation
 from sitl.vehicle import load_vehicle
@@ -103,6 +103,12 @@ def test_a_velocity_is_wrong() -> None:
     assert (sim.firmware.estimate.velocity - sim.truth.velocity)[0] == pytest.approx(0.5)
 
 
+def test_gps_has_the_vehicle_where_it_is_however_its_estimate_drifts() -> None:
+    sim = with_fault("estimator_drift:east_m_s=0.5", 4.0)
+    assert estimate_error(sim)[1] == pytest.approx(2.0, abs=0.05)
+    assert sim.firmware.estimate.gps == pytest.approx(sim.truth.position, abs=0.05)
+
+
 def test_a_compass_error_turns_the_world_and_not_the_tilt() -> None:
     sim = in_hover()
     before = yaw_of(sim.firmware.estimate.attitude)
@@ -133,6 +139,19 @@ def test_ardupilot_without_satellites_lands() -> None:
     assert "EKF Failsafe" in texts(sim)
 
 
+def test_ardupilot_lands_level_once_it_has_no_position() -> None:
+    sim = with_fault("gps_lost", 9.0, in_hover(ARDUCOPTER))
+    assert sim.firmware.set_mode(Mode.LAND) is Result.ACCEPTED
+    sim.advance(sim.time_s + 1.8)
+    assert np.isfinite(sim.firmware.active_setpoint.velocity).all()
+    sim.advance(sim.time_s + 1.0)
+    assert np.isnan(sim.firmware.active_setpoint.velocity[:2]).all()
+    tilt = 2.0 * np.hypot(*sim.truth.attitude[1:3])
+    assert tilt < np.radians(1.0)
+    sim.advance(sim.time_s + 8.0)
+    assert not sim.firmware.armed
+
+
 def test_satellites_that_come_back_reset_the_estimate() -> None:
     sim = with_fault("gps_lost:lasts_s=3", 3.5)
     assert sim.firmware.health.gps_ok
@@ -149,6 +168,14 @@ def test_a_reboot_in_the_air_drops_the_vehicle() -> None:
 def test_the_pilot_takes_a_mode_and_keeps_it() -> None:
     sim = with_fault("pilot_mode:mode=ALTCTL", 3.0)
     assert sim.firmware.mode is Mode.ALTCTL
+
+
+@pytest.mark.parametrize("mode", ["POSCTL", "HOLD"])
+def test_what_px4_calls_position_is_loiter_to_the_pilot_of_ardupilot(mode: str) -> None:
+    sim = in_hover(ARDUCOPTER)
+    assert sim.firmware.set_mode(Mode.OFFBOARD) is Result.ACCEPTED
+    sim = with_fault(f"pilot_mode:mode={mode}", 3.0, sim)
+    assert sim.firmware.mode is Mode.HOLD
 
 
 def test_the_pilot_moves_the_sticks() -> None:
