@@ -29,6 +29,8 @@ except ModuleNotFoundError as missing:
     ) from missing
 
 _SIZE_M = 2.0
+_VEHICLES = ("bebop2", "arducopter_sitl")
+"""One of each firmware."""
 
 
 def faults(
@@ -45,11 +47,19 @@ def faults(
     ] = None,
     seeds: Annotated[int, typer.Option(min=1, max=1000, help="Flights of each, with seeds from 0 on.")] = 5,
     vehicle: Annotated[
-        str, typer.Option(help="That is flown: a name in config/vehicles, or a YAML file.")
-    ] = "bebop2",
+        list[str] | None,
+        typer.Option(
+            help="That is flown: a name in config/vehicles, or a YAML file; as many as you like. Default: "
+            f"{', '.join(_VEHICLES)}, PX4 and ArduPilot."
+        ),
+    ] = None,
     model: Annotated[
-        str, typer.Option(help="Network that is flown with: a name in config/models, or a file.")
-    ] = "ardrone2",
+        str | None,
+        typer.Option(
+            help="Network that is flown with: a name in config/models, or a file. Default: that of the "
+            "vehicle's own name."
+        ),
+    ] = None,
     trajectory: Annotated[str, typer.Option(help="CSV file, or drawing of config/trajectories.")] = "clef",
     conditions: Annotated[
         str, typer.Option(help="Wind, noise and delays: a name in config/conditions, or a YAML file.")
@@ -71,14 +81,14 @@ def faults(
     for file in (json, page):
         if file is not None:
             options.writable(file)
+    vehicles = vehicle or _VEHICLES
     job = FaultJob(
-        named_trajectories([trajectory], Placement(size_m=_SIZE_M), limits_within([vehicle], None))[0],
+        named_trajectories([trajectory], Placement(size_m=_SIZE_M), limits_within(vehicles, None))[0],
         _chosen(only),
         phases or list(Phase),
         range(seeds),
-        vehicle,
+        {each: find_model(model or Path(each).stem, DEFAULT) for each in vehicles},
         conditions,
-        find_model(model, DEFAULT),
     )
     console = Console()
     with console.status("Preparing the simulator (half a minute the first time)"):
@@ -90,8 +100,8 @@ def faults(
     console.print(", ".join(f"{key.replace('_', ' ')} {value}" for key, value in summary.items()))
     if json is not None:
         settings = {
-            "vehicle": vehicle,
-            "model": model,
+            "vehicles": list(job.models),
+            "models": [model.name for model in job.models.values()],
             "trajectory": trajectory,
             "conditions": conditions,
             "phases": job.phases,

@@ -1,6 +1,6 @@
 """All flights of the benchmark: every failure, in every phase, with several seeds."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from companion.experiments.backend import LOCAL, Backend
@@ -26,36 +26,34 @@ class FaultJob:
         failures: what fails.
         phases: when.
         seeds: of every flight.
-        vehicle: name in `config/vehicles`, or a YAML file.
+        models: the networks, by who flies with them: a name in `config/vehicles`, or a YAML file.
         conditions: name in `config/conditions`, or a YAML file.
-        model: the network.
     """
 
     trajectory: Trajectory
     failures: Sequence[Failure]
     phases: Sequence[Phase]
     seeds: Sequence[int]
-    vehicle: str
+    models: Mapping[str, Model]
     conditions: str
-    model: Model
 
     def flights(self) -> list[FaultFlight]:
         """What is to be flown, always in the same order."""
         return [
-            FaultFlight(self._scenario(seed), failure, phase)
+            FaultFlight(self._scenario(vehicle, seed), failure, phase)
             for failure in self.failures
             for phase in self.phases
+            for vehicle in self.models
             for seed in self.seeds
         ]
 
-    def _scenario(self, seed: int) -> Scenario:
-        return Scenario(
-            self.trajectory, Strategy.DNN_GP, self.vehicle, self.conditions, seed, self.model.network
-        )
+    def _scenario(self, vehicle: str, seed: int) -> Scenario:
+        network = self.models[vehicle].network
+        return Scenario(self.trajectory, Strategy.DNN_GP, vehicle, self.conditions, seed, network)
 
     def prepare(self) -> None:
-        """Compile the simulator, once for all cores; InputError where vehicle or conditions are wrong."""
-        prepare_simulator([self.vehicle], self.conditions)
+        """Compile the simulator, once for all cores; InputError where a vehicle or conditions are wrong."""
+        prepare_simulator(list(self.models), self.conditions)
 
     def fingerprint(self) -> str:
         """The same only for a job that gives the same rows."""
@@ -64,11 +62,12 @@ class FaultJob:
     def _given(self) -> Iterator[bytes]:
         yield f"{DEFAULT.model_dump_json()} {list(self.phases)} {list(self.seeds)}".encode()
         yield from (failure.name.encode() for failure in self.failures)
-        yield load_vehicle(self.vehicle).model_dump_json().encode()
         yield load_conditions(self.conditions).model_dump_json().encode()
         yield self.trajectory.coefficients.tobytes()
-        yield self.model.network.card.model_dump_json().encode()
-        yield from (layer.weight.tobytes() for layer in self.model.network.layers)
+        for vehicle, model in self.models.items():
+            yield load_vehicle(vehicle).model_dump_json().encode()
+            yield model.network.card.model_dump_json().encode()
+            yield from (layer.weight.tobytes() for layer in model.network.layers)
 
 
 def fly_and_judge(flight: FaultFlight) -> FaultRow:

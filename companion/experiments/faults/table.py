@@ -1,6 +1,6 @@
 """The fault table: a line for each failure and phase, of all its flights."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from statistics import median
 from typing import Any
@@ -11,16 +11,26 @@ from rich.table import Table
 from companion.experiments.faults.flight import Phase
 from companion.experiments.faults.verdict import CRASH_M_S, FLY_AWAY_M, FaultRow
 
-_KEYS = ("phase", "noticed after (s)", "by", "action", "deviation (m)", "touch-down (m/s)", "lost")
+_KEYS = (
+    "fault",
+    "phase",
+    "vehicle",
+    "noticed after (s)",
+    "by",
+    "action",
+    "deviation (m)",
+    "touch-down (m/s)",
+    "lost",
+)
 _NOTHING = "–"
 
 
 @dataclass(frozen=True)
 class Line:
-    """The flights of one failure in one phase.
+    """The flights of one vehicle with one failure in one phase.
 
     Attributes:
-        fault, criterion, survivable, phase: as in each of their rows.
+        fault, criterion, survivable, phase, vehicle: as in each of their rows.
         flights: how many the fault struck.
         detected_s: median of those in which it was noticed; None where it never was.
         detected_by, actions: all that there were.
@@ -32,6 +42,7 @@ class Line:
     criterion: str
     survivable: bool
     phase: Phase
+    vehicle: str
     flights: int
     detected_s: float | None
     detected_by: tuple[str, ...]
@@ -42,9 +53,11 @@ class Line:
 
     @property
     def cells(self) -> tuple[str, ...]:
-        """For a table, from the phase on."""
+        """For a table."""
         return (
+            self.fault,
             self.phase,
+            self.vehicle,
             _number(self.detected_s),
             ", ".join(self.detected_by) or _NOTHING,
             ", ".join(self.actions),
@@ -55,10 +68,10 @@ class Line:
 
 
 def lines(rows: Iterable[FaultRow]) -> list[Line]:
-    """A line for each failure and phase, in the order of the rows."""
-    groups: dict[tuple[str, Phase], list[FaultRow]] = {}
+    """A line for each failure, phase and vehicle, in the order of the rows."""
+    groups: dict[tuple[str, Phase, str], list[FaultRow]] = {}
     for row in rows:
-        groups.setdefault((row.fault, row.phase), []).append(row)
+        groups.setdefault((row.fault, row.phase, row.vehicle), []).append(row)
     return [_line(group) for group in groups.values()]
 
 
@@ -70,6 +83,7 @@ def _line(rows: Sequence[FaultRow]) -> Line:
         criterion=rows[0].criterion,
         survivable=rows[0].survivable,
         phase=rows[0].phase,
+        vehicle=rows[0].vehicle,
         flights=len(struck),
         detected_s=median(noticed) if noticed else None,
         detected_by=tuple(dict.fromkeys(row.detected_by for row in struck if row.detected_by)),
@@ -105,11 +119,11 @@ def figures(rows: Sequence[FaultRow]) -> dict[str, Any]:
 def lost_table(rows: Sequence[FaultRow]) -> Table:
     """For a terminal: the lines in which a flight was lost that can be survived."""
     table = Table(box=SIMPLE_HEAD, caption="lost, though it can be survived")
-    for key in ("fault", *_KEYS):
+    for key in _KEYS:
         table.add_column(key, overflow="fold")
     for line in lines(rows):
         if line.lost and line.survivable:
-            table.add_row(line.fault, *line.cells)
+            table.add_row(*line.cells)
     return table
 
 
@@ -117,35 +131,44 @@ def markdown(rows: Sequence[FaultRow]) -> str:
     """The page docs/faults.md: criteria first, as they were before the flights, then what became of them."""
     every = lines(rows)
     told = figures(rows)["summary"]
-    criteria = {line.fault: line for line in every}
+    vehicles = list(dict.fromkeys(row.vehicle for row in rows))
     return "\n".join(
         (
-            _introduction(rows[0], told),
+            _introduction(vehicles, rows[0].conditions, told),
             "## What can be survived",
             "",
             *_table(
-                ("fault", "can be survived", "criterion"),
+                ("fault", "vehicle", "can be survived", "criterion"),
                 (
-                    (f"`{line.fault}`", "yes" if line.survivable else "no", line.criterion)
-                    for line in criteria.values()
+                    (f"`{fault}`", ", ".join(of), "yes" if survivable else "no", criterion)
+                    for (fault, survivable, criterion), of in _criteria(every).items()
                 ),
             ),
             "",
             "## What became of it",
             "",
-            *_table(("fault", *_KEYS), ((f"`{line.fault}`", *line.cells) for line in every)),
+            *_table(_KEYS, ((f"`{fault}`", *cells) for fault, *cells in (line.cells for line in every))),
             "",
         )
     )
 
 
-def _introduction(row: FaultRow, told: dict[str, int]) -> str:
+def _criteria(every: Iterable[Line]) -> Mapping[tuple[str, bool, str], Iterable[str]]:
+    """For which vehicles each criterion holds, and whether they survive by it."""
+    criteria: dict[tuple[str, bool, str], dict[str, None]] = {}
+    for line in every:
+        criteria.setdefault((line.fault, line.survivable, line.criterion), {})[line.vehicle] = None
+    return criteria
+
+
+def _introduction(vehicles: Sequence[str], conditions: str, told: dict[str, int]) -> str:
     return f"""# What fails, and what is done about it
 
-`companion bench faults --json F --markdown docs/faults.md` flies and writes this page: {row.vehicle} in the
-conditions `{row.conditions}` with the strategy `dnn+gp`, a landing at the end, and one fault in each flight,
-in the climb, on the trajectory or in the landing; {told["faults"]} faults of {told["kinds"]} kinds,
-{told["flights"]} flights. `companion sitl --fault-kinds` says what a fault means.
+`companion bench faults --json F --markdown docs/faults.md` flies and writes this page:
+{" and ".join(vehicles)} in the conditions `{conditions}` with the strategy `dnn+gp`, a landing at the end,
+and one fault in each flight, in the climb, on the trajectory or in the landing;
+{told["faults"]} faults of {told["kinds"]} kinds, {told["flights"]} flights.
+`companion sitl --fault-kinds` says what a fault means.
 
 Lost is a flight that leaves the guard's fence (5 m around its trajectory), comes {FLY_AWAY_M:g} m off
 where it should be or drifts on for good, or meets the ground faster than {CRASH_M_S:g} m/s.

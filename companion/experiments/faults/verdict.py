@@ -10,6 +10,7 @@ from companion.arrays import Array, Vec3s
 from companion.errors import TakenError
 from companion.experiments.faults.catalogue import criterion
 from companion.experiments.faults.flight import Course, FaultFlight, KilledError, Phase
+from companion.flight.watchdogs import Action, WatchdogError
 from sitl.firmware.interface import Mode
 from sitl.vehicle import load_vehicle
 
@@ -30,10 +31,11 @@ _ENDS = {
     Mode.BRAKE: "hold",
     Mode.LAND: "land",
     Mode.RTL: "return",
-    Mode.OFFBOARD: "no hold",
+    Mode.OFFBOARD: "stays guided",
 }
 _HOLDS = (Mode.HOLD, Mode.BRAKE)
 """What a companion asks for; without one PX4 holds in POSCTL."""
+_DESCENTS = {Action.LAND: Mode.LAND, Action.RETURN: Mode.RTL}
 
 Mask: TypeAlias = Bool[np.ndarray[tuple[int, ...], np.dtype[np.bool_]], " n"]
 
@@ -135,6 +137,8 @@ def _action(course: Course) -> str:
             return f"yields ({_ENDS.get(last, last.name)})"
         case KilledError():
             return f"autopilot: {_ENDS.get(last, last.name)}"
+        case WatchdogError(action=action) if _DESCENTS.get(action) in [mode for _, mode in course.modes]:
+            return str(action)  # whatever mode it is in on the ground
     told = any(text.startswith("telling the vehicle to hold") for _, text in course.events)
     done = _ENDS.get(last, last.name)
     return done if told and last in _HOLDS else f"autopilot: {done}"

@@ -12,8 +12,11 @@ def test_the_command_writes_figures_and_page(companion: "Run", tmp_path: Path) -
     ran = companion("bench", "faults", *wanted, "--json", file, "--markdown", page)
     assert ran.status == 0
     result = json.loads(file.read_text())
-    assert result["summary"]["flights"] == 1
-    assert result["rows"][0]["kind"] == "reboot"
+    assert result["summary"]["flights"] == 2
+    assert [(row["kind"], row["vehicle"]) for row in result["rows"]] == [
+        ("reboot", "bebop2"),
+        ("reboot", "arducopter_sitl"),
+    ]
     assert "never: all rotors stand still" in page.read_text()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["faults.json", "faults.md"]
 

@@ -16,6 +16,7 @@ from companion.experiments.simulated_flights import Scenario
 from companion.flight.approach import rest_to_rest
 from companion.flight.fence import Fence
 from companion.flight.strategies import Strategy
+from companion.flight.watchdogs import Action, WatchdogError
 from sitl.firmware.interface import Mode
 from sitl.vehicle import load_vehicle
 
@@ -120,6 +121,15 @@ def test_the_way_home_is_where_a_return_should_be() -> None:
         (TakenError("taken"), (), Mode.POSCTL, "yields (hold)"),
         (TrackingError("far"), ((3.0, "telling the vehicle to hold"),), Mode.HOLD, "hold"),
         (TrackingError("far"), (), Mode.LAND, "autopilot: land"),
+        (TrackingError("far"), ((3.0, "telling the vehicle to hold"),), Mode.LAND, "autopilot: land"),
+        (WatchdogError("astray", Action.LAND), ((3.0, "landing"),), Mode.LAND, "land"),
+        (WatchdogError("astray", Action.LAND), (), Mode.HOLD, "autopilot: hold"),
+        (
+            TrackingError("far"),
+            ((3.0, "telling the vehicle to hold"),),
+            Mode.OFFBOARD,
+            "autopilot: stays guided",
+        ),
         (KilledError("killed"), (), Mode.POSCTL, "autopilot: hold"),
         (None, ((3.0, "guard: not finite: baseline sent"),), Mode.LAND, "falls back"),
     ],
@@ -178,4 +188,14 @@ def test_the_table_has_the_worst_of_each_line() -> None:
     assert summary["survivable_breaches"] == 1
     page = markdown(rows)
     assert page.index("## What can be survived") < page.index("## What became of it")
-    assert "| `gust:north_m_s=5` | tracking | – | – | flies on | 6.00 | – | 1 of 3 |" in page
+    assert "| `gust:north_m_s=5` | tracking | bebop2 | – | – | flies on | 6.00 | – | 1 of 3 |" in page
+
+
+def test_each_vehicle_has_its_own_lines_and_criteria() -> None:
+    row = judged(course(hovering()))
+    other = row.model_copy(update={"vehicle": "arducopter_sitl"})
+    weak = other.model_copy(update={"criterion": "never", "survivable": False})
+    assert [line.vehicle for line in lines([row, other])] == ["bebop2", "arducopter_sitl"]
+    page = markdown([row, other])
+    assert "| `gust:north_m_s=5` | bebop2, arducopter_sitl | yes | up to 12 m/s |" in page
+    assert "| `gust:north_m_s=5` | arducopter_sitl | no | never |" in markdown([row, weak])
