@@ -4,7 +4,7 @@ import asyncio
 from collections.abc import Callable, Container
 
 from companion import clock
-from companion.errors import FlightError, LinkError, TakenError
+from companion.errors import FlightError, LinkError, NoReplyError, TakenError
 from companion.link.command import command
 from companion.link.connection import Connection
 from companion.link.dialect import Message, mavlink
@@ -73,6 +73,8 @@ class FlightModes:
     async def switch(self, mode: int, *params: float, attempts: int = 4) -> None:
         """Have the vehicle go to `mode`, as parameters 2 and on of MAV_CMD_DO_SET_MODE name it.
 
+        One that is in the mode by then has heard us, even if its answers were lost.
+
         Args:
             mode: custom_mode of the HEARTBEAT that shows that it did.
             params: of the command.
@@ -82,7 +84,11 @@ class FlightModes:
             RefusedError, NoReplyError, FlightError, LinkError: as `command` and `until`.
         """
         flags = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
-        await command(self._connection, mavlink.MAV_CMD_DO_SET_MODE, flags, *params, attempts=attempts)
+        try:
+            await command(self._connection, mavlink.MAV_CMD_DO_SET_MODE, flags, *params, attempts=attempts)
+        except NoReplyError:
+            if not self._is_in((mode,)):
+                raise
         await self.until(lambda: self._is_in((mode,)), MODE_TIMEOUT_S, f"it did not go to {self._name(mode)}")
 
     async def until(self, condition: Callable[[], bool], timeout_s: float, otherwise: str) -> None:

@@ -11,7 +11,7 @@ from companion.autopilot.flight_modes import HOLD_ATTEMPTS, FlightModes
 from companion.autopilot.interface import MotionLimits
 from companion.autopilot.position_loop import PositionLoop, loop_of, read_position_loop
 from companion.autopilot.setpoint import position_target
-from companion.errors import RefusedError
+from companion.errors import RefusedError, TakenError
 from companion.link.command import command, request_message
 from companion.link.connection import Connection
 from companion.link.dialect import mavlink
@@ -22,6 +22,9 @@ from companion.link.telemetry import Telemetry
 _STREAM_FIRST_S = 0.2  # for the stream's first setpoints to arrive: PX4 refuses OFFBOARD without them
 _ENGAGE_ATTEMPTS = 3
 _LOSS_TIMEOUT_S = 1.0
+_ALTITUDE_RADIUS_M = 0.8
+"""Default of NAV_MC_ALT_RAD: so far below its altitude PX4 takes a takeoff for finished, and holds."""
+_TOLERANCE_M = 0.3
 _NAN = math.nan
 
 _LOOP_GAINS = ("MPC_XY_P", "MPC_Z_P", "MPC_XY_VEL_P_ACC", "MPC_Z_VEL_P_ACC")
@@ -104,7 +107,7 @@ class Px4:
         await steps.arm(self._connection, self._telemetry, self._modes)
 
     async def takeoff(self, altitude_m: float) -> None:
-        """Climb to `altitude_m` above where it is; returns when it is there."""
+        """Climb to `altitude_m` above where it is; returns when it is there, or PX4 believes so."""
         start = self._telemetry.state or await self._telemetry.next_state()
         place = await request_message(self._connection, mavlink.MAVLink_global_position_int_message)
         above_sea_m = place.alt * 1e-3 + altitude_m
@@ -112,12 +115,24 @@ class Px4:
             self._connection, mavlink.MAV_CMD_NAV_TAKEOFF, _NAN, 0.0, 0.0, _NAN, _NAN, _NAN, above_sea_m
         )
 
-        def finished() -> bool:  # PX4 believes so from NAV_MC_ALT_RAD, 0.8 m, below the altitude on
+        def finished() -> bool:
             status = self._telemetry.status
             return status.custom_mode == _HOLD and status.landed is Landed.IN_AIR
 
         own = (_TAKEOFF, _HOLD)
         await steps.until_climbed(start.position, altitude_m, self._telemetry, self._modes, own, finished)
+        await self._require_height(start.position, altitude_m)
+
+    async def _require_height(self, start: Vec3, altitude_m: float) -> None:
+        """A hold farther below the altitude than PX4's own is somebody else's, or a failsafe's."""
+        state = self._telemetry.state or await self._telemetry.next_state()
+        short_m = altitude_m - float(start[2] - state.position[2]) - _TOLERANCE_M
+        if short_m <= _ALTITUDE_RADIUS_M:
+            return
+        if short_m > await steps.parameter_or(self._connection, "NAV_MC_ALT_RAD", _ALTITUDE_RADIUS_M):
+            raise TakenError(
+                f"the vehicle went to {self.mode} unasked, in its climb: it was left to whoever did that"
+            )
 
     async def engage(self) -> None:
         """Switch to OFFBOARD, once the setpoints stream."""

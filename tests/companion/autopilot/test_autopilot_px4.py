@@ -10,7 +10,7 @@ from fake_autopilots import LOITER, OFFBOARD, POSCTL, FakePx4, accepted, refused
 from companion import clock
 from companion.autopilot.detect import Identity, detect, identify
 from companion.autopilot.px4 import Px4, mode_name
-from companion.errors import FlightError, LinkError, RefusedError
+from companion.errors import FlightError, LinkError, NoReplyError, RefusedError, TakenError
 from companion.link.dialect import mavlink
 
 ARM = mavlink.MAV_CMD_COMPONENT_ARM_DISARM
@@ -77,6 +77,50 @@ async def test_a_takeoff_that_goes_nowhere_ends_in_time(vehicle: FakePx4, px4: P
     vehicle.answers[takeoff] = lambda: [accepted(takeoff)]
     with pytest.raises(FlightError, match=r"did not climb to 2\.5 m within 15 s"):
         await px4.takeoff(2.5)
+
+
+@pytest.mark.parametrize(
+    ("climbed_m", "radius_m", "taken"), [(2.0, None, False), (1.0, None, True), (1.0, 1.5, False)]
+)
+def test_a_hold_far_below_the_altitude_is_somebodys(
+    climbed_m: float, radius_m: float | None, taken: bool
+) -> None:
+    @with_px4
+    async def scenario(vehicle: FakePx4, px4: Px4) -> None:
+        def stop() -> list[Any]:
+            vehicle.altitude_m, vehicle.mode = climbed_m, LOITER
+            return [accepted(mavlink.MAV_CMD_NAV_TAKEOFF)]
+
+        vehicle.parameters = {} if radius_m is None else {"NAV_MC_ALT_RAD": radius_m}
+        vehicle.answers[mavlink.MAV_CMD_NAV_TAKEOFF] = stop
+        await px4.arm()
+        if taken:
+            with pytest.raises(TakenError, match=r"went to AUTO\.LOITER unasked, in its climb"):
+                await px4.takeoff(2.5)
+        else:
+            await px4.takeoff(2.5)
+        assert vehicle.altitude_m == climbed_m
+
+    scenario()
+
+
+@pytest.mark.parametrize("obeys", [True, False])
+def test_a_mode_that_is_seen_needs_no_answer(obeys: bool) -> None:
+    @with_px4
+    async def scenario(vehicle: FakePx4, px4: Px4) -> None:
+        def say_nothing() -> list[Any]:
+            vehicle.mode = LOITER if obeys else POSCTL
+            return []
+
+        vehicle.answers[SET_MODE] = say_nothing
+        if obeys:
+            await px4.hold()
+        else:
+            with pytest.raises(NoReplyError, match="did not answer DO_SET_MODE, asked 2 times"):
+                await px4.hold()
+        assert px4.mode == ("AUTO.LOITER" if obeys else "POSCTL")
+
+    scenario()
 
 
 @with_px4
