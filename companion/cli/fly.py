@@ -160,7 +160,7 @@ def fly(
     flown = _conduct(request, record, console)
     show(console, *_lines(flown.outcome))
     if json is not None:
-        write_result(_result(flown, about, model, record), json)
+        write_result(_result(flown, about, model), json)
 
 
 def _course(
@@ -235,7 +235,7 @@ def _lines(outcome: FlightOutcome) -> Iterator[str]:
         yield f"guard: {clip}, {count} times"
 
 
-def _result(flown: Flown, about: Provenance, model: str | None, record: Path | None) -> dict[str, Any]:
+def _result(flown: Flown, about: Provenance, model: str | None) -> dict[str, Any]:
     """The result for programs."""
     outcome, accuracy = flown.outcome, flown.outcome.accuracy
     return {
@@ -254,5 +254,5 @@ def _result(flown: Flown, about: Provenance, model: str | None, record: Path | N
         "conditions": about.conditions,
         "seed": about.seed,
         "software": about.software,
-        "recording": None if record is None else str(record),
+        "recording": None if flown.recording is None else str(flown.recording),
     }

@@ -150,11 +150,13 @@ class Flown:
         outcome: what came of it.
         system_id: MAVLink id of the vehicle.
         identity: its autopilot.
+        recording: the MCAP file that was written, if any.
     """
 
     outcome: FlightOutcome
     system_id: int
     identity: Identity
+    recording: Path | None
 
 
 def vehicle_name(address: Address) -> str:
@@ -210,7 +212,7 @@ async def _fly(request: Request, record: Path | None, console: Console) -> Flown
                 signing=request.signing,
                 forward=request.forward,
             ) as connection,
-            recorded(connection, record, request.provenance, display.phase) as recorder,
+            recorded(connection, record, request.provenance, display.phase) as (recorder, file),
         ):
             connection.presence.subscribe(lambda change: display.phase(link_text(change)))
             connection.status_texts.subscribe(display.vehicle_said)
@@ -242,7 +244,7 @@ async def _fly(request: Request, record: Path | None, console: Console) -> Flown
             source = source_of(request.network, plan.supervision)
             if source is not None:
                 await tell_similarity(source, recorder, display.phase)
-            return Flown(outcome, connection.system_id, identity)
+            return Flown(outcome, connection.system_id, identity, file)
 
 
 async def _look_at_failsafe(

@@ -39,8 +39,10 @@ def usual_path(address: Address, folder: Path, name: str) -> Path | None:
 @asynccontextmanager
 async def recorded(
     connection: Connection, path: Path | None, provenance: Provenance, announce: Announce
-) -> AsyncIterator[Recorder]:
+) -> AsyncIterator[tuple[Recorder, Path | None]]:
     """Record a flight until the block ends: to `path` and the `.tlog` beside it, or in memory.
+
+    Gives the recorder, and the path of the MCAP file, which differs where another flight is writing to it.
 
     Args:
         connection: to the vehicle; what it says and whether it is there is recorded, too.
@@ -54,7 +56,7 @@ async def recorded(
     if path is None:
         recorder: Recorder = FlightRecorder()
         _record_link(connection, recorder)
-        yield recorder
+        yield recorder, None
         return
 
     def tell(text: str) -> None:
@@ -66,7 +68,7 @@ async def recorded(
         _record_link(connection, recorder)
         unhear = connection.overhear(log.frame)
         try:
-            yield recorder
+            yield recorder, log.path
         finally:
             unhear()
             announce(f"recording: {log.path}")

@@ -1,3 +1,4 @@
+import fcntl
 import json
 import math
 import re
@@ -131,6 +132,20 @@ def test_a_flight_that_fails_leaves_its_recording(companion: Run, line: Path, tm
     recording = read_recording(record)
     assert len(recording.states.time_s) > 100
     assert any("limit 0.01 m" in text for _, text in recording.events)
+
+
+def test_the_result_names_the_file_that_was_written_beside_another_flights(
+    companion: Run, line: Path, tmp_path: Path
+) -> None:
+    record, result = tmp_path / "flight.mcap", tmp_path / "flight.json"
+    fly = ("fly", line, "--connect", "sitl://bebop2", "--strategy", "baseline")
+    with record.open("wb") as other:
+        fcntl.flock(other, fcntl.LOCK_EX)
+        ran = companion(*fly, "--record", record, "--json", result)
+    assert ran.status == 0, ran.err
+    written = Path(json.loads(result.read_text())["recording"])
+    assert written == tmp_path / "flight-2.mcap"
+    assert len(read_recording(written).states.time_s) > 100
 
 
 def test_ctrl_c_ends_a_flight_in_a_hold(
