@@ -9,6 +9,7 @@ from companion.arrays import Times, Vec3s
 from companion.errors import InputError
 from companion.experiments.flights import Flight
 from companion.flight.recorded_inputs import Followed, recorded_inputs
+from companion.recording.card import log_name
 from companion.recording.files import read_recording
 from companion.recording.metrics import TrackingAccuracy, tracking_accuracy
 from companion.recording.series import Recording
@@ -60,9 +61,9 @@ def read_logged_flight(path: Path) -> LoggedFlight:
     flown = _at(time_s, recording.states.time_s, recording.states.position)
     accuracy = tracking_accuracy(lambda _: desired, time_s, flown, time_s[0], time_s[-1])
     about = recording.provenance
-    flight = Flight(
-        about.trajectory or path.stem, about.strategy or "setpoints", time_s, desired, flown, accuracy.rms_m
-    )
+    name, strategy = about.trajectory or log_name(path), about.strategy or "setpoints"
+    begun_s = None if followed is None else followed.start_s
+    flight = Flight(name, strategy, time_s, desired, flown, accuracy.rms_m, begun_s)
     return LoggedFlight(path, recording, flight, accuracy)
 
 
@@ -78,20 +79,21 @@ def told_apart(flights: list[LoggedFlight]) -> list[LoggedFlight]:
 
 
 def _followed(path: Path, recording: Recording) -> Followed | None:
-    """The trajectory that the flight was about, where the file has it."""
+    """The trajectory that the flight was about, where the file has it, when it was begun."""
     if path.suffix.lower() != ".mcap":
         return None
     followed = [each for each in recorded_inputs(path) if isinstance(each, Followed)]
     named = [each for each in followed if each.trajectory.name == recording.provenance.trajectory]
-    return named[-1] if named else None
+    return named[0] if named else None
 
 
 def _planned(followed: Followed, recording: Recording) -> tuple[Times, Vec3s]:
-    """Times of the states along the trajectory, and where it was at them."""
+    """Times of the states while the trajectory was tracked, and where it was at them."""
     trajectory: Trajectory = followed.trajectory
-    time_s = recording.states.time_s
+    time_s, sent_s = recording.states.time_s, recording.references.time_s
     begun_s = max(followed.start_s, followed.time_s)
-    along = time_s[(time_s >= begun_s) & (time_s <= followed.start_s + trajectory.duration_s)]
+    ended_s = min(followed.start_s + trajectory.duration_s, sent_s.max(initial=begun_s))
+    along = time_s[(time_s >= begun_s) & (time_s <= ended_s)]
     return along, trajectory.sample(along - followed.start_s).position
 
 

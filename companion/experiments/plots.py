@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from companion.arrays import Times, Vec3s
+from companion.arrays import Array, Vec3s
 from companion.experiments.flights import Flight
 from companion.experiments.results import RmsErrors, strategies_of, trajectories_of
 
@@ -29,6 +29,7 @@ OTHER_COLOUR = "#555555"
 DESIRED = {"color": "#BBBBBB", "linewidth": 4.0, "solid_capstyle": "round", "label": "desired"}
 AXES = ("north", "east", "up")
 DPI = 144
+_GAP_S = 1.0
 
 
 def colour_of(strategy: str) -> str:
@@ -45,7 +46,10 @@ def colours_of(flights: Sequence[Flight]) -> list[str]:
 
 
 def plot_paths(flights: Sequence[Flight], path: Path) -> None:
-    """Draw desired against flown path of one trajectory in its plane, a panel for each strategy."""
+    """Draw desired against flown path of one trajectory in its plane, a panel for each strategy.
+
+    Here and over time, lines are broken where nothing is known for a second or more.
+    """
     whole = _longest(flights).desired
     horizontal, vertical = plane_of(whole)
     columns = min(3, len(flights))
@@ -55,11 +59,12 @@ def plot_paths(flights: Sequence[Flight], path: Path) -> None:
     figure = Figure(figsize=(3.4 * columns, panel_height * rows), layout="constrained")
     panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
     for panel, flight, colour in zip(panels, flights, colours_of(flights), strict=False):
-        desired, flown = north_east_up(flight.desired), north_east_up(flight.flown)
+        desired, flown = (broken(flight, north_east_up(each)) for each in (flight.desired, flight.flown))
         panel.plot(desired[:, horizontal], desired[:, vertical], **DESIRED)
         panel.plot(flown[:, horizontal], flown[:, vertical], color=colour, linewidth=1.4)
         panel.plot(*flown[0, [horizontal, vertical]], "o", color=colour, markersize=5)
-        panel.set_title(f"{flight.strategy}: {flight.rms_m:.3f} m", fontsize=11)
+        name = flight.strategy.replace(" (", "\n(")
+        panel.set_title(f"{name}: {flight.rms_m:.3f} m", fontsize=11)
         panel.set_aspect("equal")
         clean(panel)
     for panel in panels[len(flights) :]:
@@ -74,18 +79,21 @@ def plot_over_time(flights: Sequence[Flight], path: Path) -> None:
     figure = Figure(figsize=(10.2, 9.0), layout="constrained")
     panels = figure.subplots(4, 1, sharex=True)
     whole = _longest(flights)
-    desired = north_east_up(whole.desired)
+    desired = broken(whole, north_east_up(whole.desired))
     for axis, panel in enumerate(panels[:3]):
-        panel.plot(_since_start(whole.time_s), desired[:, axis], **DESIRED)
+        panel.plot(broken(whole, whole.along_s), desired[:, axis], **DESIRED)
         panel.set_ylabel(f"{AXES[axis]} (m)")
     panels[3].set_ylabel("error (m)")
     panels[3].set_xlabel("time (s)")
     for flight, colour in zip(flights, colours_of(flights), strict=True):
-        time_s, flown = _since_start(flight.time_s), north_east_up(flight.flown)
+        time_s = broken(flight, flight.along_s)
+        flown = broken(flight, north_east_up(flight.flown))
         style = {"color": colour, "linewidth": 1.3, "label": flight.strategy}
         for axis, panel in enumerate(panels[:3]):
             panel.plot(time_s, flown[:, axis], **style)
-        panels[3].plot(time_s, np.linalg.norm(flight.flown - flight.desired, axis=1), **style)
+        panels[3].plot(
+            time_s, broken(flight, np.linalg.norm(flight.flown - flight.desired, axis=1)), **style
+        )
     for panel in panels:
         clean(panel)
     panels[3].set_ylim(bottom=0.0)
@@ -134,9 +142,11 @@ def _longest(flights: Sequence[Flight]) -> Flight:
     return max(flights, key=lambda flight: len(flight.time_s))
 
 
-def _since_start(time_s: Times) -> Times:
-    elapsed: Times = time_s - time_s[0]
-    return elapsed
+def broken(flight: Flight, values: Array) -> Array:
+    """`values` at the times of `flight`, with a NaN in each of its gaps, where lines end."""
+    gaps = np.flatnonzero(np.diff(flight.time_s) > _GAP_S) + 1
+    broken: Array = np.insert(values, gaps, np.nan, axis=0)
+    return broken
 
 
 def clean(panel: Axes) -> None:

@@ -68,7 +68,7 @@ def read_mcap(path: Path) -> Recording:
         raise InputError(f"{path}: no recording of Impromptu: an MCAP file with its provenance was expected")
     if not whole:
         collected.events.append((collected.last_s, f"the recording ends here: {path.name} was cut short"))
-    return collected.recording(collected.provenance)
+    return dataclasses.replace(collected.recording(collected.provenance), whole=whole)
 
 
 def _collect(item: Message | Metadata, collected: Collected, path: Path) -> None:

@@ -95,6 +95,7 @@ class Recording:
 
     `events` are (time_s, text) pairs: the flight's states, STATUSTEXTs, what the guard did. `segments` are
     what was flown, in the order of time; `hover` is where the vehicle held one setpoint, and had settled.
+    What was read from a file that was cut short is not `whole`.
     """
 
     provenance: Provenance
@@ -104,6 +105,7 @@ class Recording:
     events: tuple[tuple[float, str], ...] = field(default=())
     segments: tuple[Segment, ...] = ()
     hover: Window | None = None
+    whole: bool = True
 
 
 Series = TypeVar("Series", StateSeries, ReferenceSeries, TrackingSeries)

@@ -3,6 +3,7 @@
 import json
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,12 +16,18 @@ DATA = Path(__file__).parents[2] / "data"
 
 
 @pytest.fixture
-def flown(companion: Run, tmp_path: Path) -> Path:
-    """The recording of a flight of four seconds, two metres; its result is beside it."""
+def line(tmp_path: Path) -> Path:
+    """A trajectory of four seconds, two metres."""
     line = tmp_path / "line.csv"
     t = np.linspace(0.0, 4.0, 41)
     rows = [f"{time:.2f},{1.0 - math.cos(math.pi * time / 4.0):.4f},0,-2" for time in t]
     line.write_text("\n".join(["t,n,e,d", *rows]))
+    return line
+
+
+@pytest.fixture
+def flown(companion: Run, line: Path, tmp_path: Path) -> Path:
+    """The recording of a flight along it; its result is beside it."""
     record = tmp_path / "flight.mcap"
     vehicle = "sitl://bebop2?conditions=realistic&seed=5"
     ran = companion("fly", line, "--connect", vehicle, "--record", record, "--json", tmp_path / "told.json")
@@ -40,6 +47,9 @@ def test_flights_are_shown_from_their_logs(companion: Run, flown: Path, tmp_path
     assert whole["max_m"] == pytest.approx(told["max_m"], rel=1e-6)
     assert whole["duration_s"] == pytest.approx(told["duration_s"], abs=0.05)
     assert 1.0 < part["duration_s"] < whole["duration_s"]
+    assert (whole["whole"], part["whole"]) == (True, False)
+    assert f"{cut} was cut short" in ran.out
+    assert f"{flown} was cut short" not in ran.out
     page = (tmp_path / "page" / "index.html").read_text()
     for file in (tmp_path / "page").glob("*.png"):
         assert file.name in page
@@ -76,6 +86,7 @@ def test_a_log_of_another_program_is_shown_by_what_was_sent(companion: Run, tmp_
     ran = companion("report", log, "--output", tmp_path / "page")
     assert ran.status == 0, ran.err
     assert "setpoints" in ran.out
+    assert "<h2>px4_sih_excerpt</h2>" in (tmp_path / "page" / "index.html").read_text()
     assert (tmp_path / "page" / "01-path.png").stat().st_size > 1000
 
 
@@ -84,3 +95,39 @@ def test_a_flight_that_never_tracked_is_named(companion: Run, flown: Path) -> No
     ran = companion("report", flown)
     assert ran.status == 2
     assert f"{flown}: ends before anything was tracked" in ran.err
+
+
+def test_a_file_without_a_flight_does_not_keep_the_others_from_being_shown(
+    companion: Run, flown: Path, tmp_path: Path
+) -> None:
+    empty, told = tmp_path / "empty.mcap", tmp_path / "report.json"
+    empty.write_bytes(b"")
+    ran = companion("report", empty, flown, "--output", tmp_path / "page", "--json", told)
+    assert ran.status == 0, ran.err
+    assert f"left out: {empty}: " in ran.out
+    result = json.loads(told.read_text())
+    assert [each["file"] for each in result["flights"]] == [str(flown)]
+    assert len(result["left_out"]) == 1
+
+
+def test_only_what_was_tracked_counts(companion: Run, line: Path, tmp_path: Path) -> None:
+    """A watchdog ends the flight: how far the vehicle is from the trajectory while it lands is no error."""
+    shown = fly_and_report(companion, line, tmp_path, "gps_lost:at_s=12")
+    assert 1.0 < shown["duration_s"] < 3.0
+    assert shown["max_m"] < 0.1
+
+
+def test_what_was_tracked_before_a_fall_back_counts_too(companion: Run, line: Path, tmp_path: Path) -> None:
+    guard = tmp_path / "guard.yaml"
+    guard.write_text("watchdogs: {off_course_m: {limit: 0.1, lasts_s: 0.1, action: fall back}}")
+    shown = fly_and_report(companion, line, tmp_path, "gust:north_m_s=12,at_s=14", "--guard", guard)
+    assert "falling back" in (tmp_path / "page" / "index.html").read_text()
+    assert shown["duration_s"] == pytest.approx(4.4, abs=0.1)
+
+
+def fly_and_report(companion: Run, line: Path, folder: Path, fault: str, *options: object) -> Any:
+    record, told = folder / "flight.mcap", folder / "report.json"
+    companion("fly", line, "--connect", f"sitl://bebop2?fault={fault}", "--record", record, *options)
+    ran = companion("report", record, "--output", folder / "page", "--json", told)
+    assert ran.status == 0, ran.err
+    return json.loads(told.read_text())["flights"][0]

@@ -10,7 +10,7 @@ import pytest
 from companion.arrays import Vec3s
 from companion.errors import InputError
 from companion.experiments.flights import Flight
-from companion.experiments.plots import colour_of, plane_of
+from companion.experiments.plots import broken, colour_of, plane_of
 from companion.experiments.report import write_report
 
 TIME_S = np.linspace(0.0, 5.0, 60)
@@ -85,3 +85,16 @@ def test_a_path_is_drawn_in_its_plane(extent: list[float], plane: tuple[int, int
 def test_each_strategy_has_its_own_colour() -> None:
     strategies = ("baseline", "feedforward", "lookahead", "dnn", "gp", "dnn+gp")
     assert len({colour_of(strategy) for strategy in strategies}) == len(strategies)
+
+
+def test_lines_end_where_nothing_is_known() -> None:
+    time_s = np.array([0.0, 0.5, 3.0, 3.5, 9.0])
+    seen = Flight("Wave", "gp", time_s, np.zeros((5, 3)), np.zeros((5, 3)), 0.0)
+    np.testing.assert_array_equal(broken(seen, time_s), [0.0, 0.5, np.nan, 3.0, 3.5, np.nan, 9.0])
+    assert broken(seen, seen.flown).shape == (7, 3)
+
+
+def test_what_was_joined_later_is_drawn_later() -> None:
+    points = np.zeros((2, 3))
+    assert Flight("Wave", "gp", np.array([7.0, 8.0]), points, points, 0.0).along_s.tolist() == [0.0, 1.0]
+    assert Flight("Wave", "gp", np.array([7.0, 8.0]), points, points, 0.0, 5.0).along_s.tolist() == [2.0, 3.0]
