@@ -5,6 +5,7 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -76,6 +77,7 @@ class Navigator:
         self.fence = FenceWatch()
         self.lands = False
         self.may_lift_off = False
+        self._minds_floor = False
         self._limits = fence_limits(parameters, self.plans[PlanKind.FENCE])
         self._leg: Leg | None = None
         self._over_home_s: float | None = None
@@ -93,7 +95,7 @@ class Navigator:
     def end_flight(self) -> None:
         """Disarmed: a mission begins anew next time."""
         self._mission.restart()
-        self.lands = self.may_lift_off = False
+        self.lands = self.may_lift_off = self._minds_floor = False
 
     def enter(self, mode: Mode) -> None:
         """Fly as a mode begins; guidance has stopped."""
@@ -120,10 +122,21 @@ class Navigator:
 
     def broken_fence(self, time_s: float) -> Mode | None:
         """What a breach of the fence asks for now."""
-        if not self.fence.update(self._limits, self._estimate.position, self.plans.home, time_s):
+        limits = self._limits
+        if limits is not None and not self._floor_counts():
+            limits = replace(limits, least_height=-math.inf)
+        if not self.fence.update(limits, self._estimate.position, self.plans.home, time_s):
             return None
         self._say(Severity.WARNING, f"{_BREACH_NAMES[self.fence.status.breach]} fence breached")
         return _BREACH_MODES.get(self._parameters.FENCE_ACTION)
+
+    def _floor_counts(self) -> bool:
+        """From FENCE_MARGIN above it on, until the vehicle lands (`AC_Fence::auto_enable_fence_floor`)."""
+        p = self._parameters
+        height = float(self.plans.home[2] - self._estimate.position[2])
+        was_passed = self._minds_floor or height >= p.FENCE_ALT_MIN + p.FENCE_MARGIN
+        self._minds_floor = was_passed and not self.lands
+        return self._minds_floor
 
     def _follow_mission(self, time_s: float, *, landed: bool) -> None:
         e = self._estimate

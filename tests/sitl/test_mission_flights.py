@@ -333,6 +333,20 @@ def test_ardupilot_minds_its_fence(action: int, mode: Mode) -> None:
     assert "Circle fence breached" in texts(sim)
 
 
+def test_ardupilots_floor_counts_once_it_was_passed_until_the_landing() -> None:
+    floor = {"FENCE_ENABLE": 1, "FENCE_TYPE": 8, "FENCE_ALT_MIN": 1.0, "FENCE_MARGIN": 1.0}
+    sim = in_hover(arducopter(**floor, FENCE_ACTION=2))
+    assert sim.firmware.fence_status.count == 0
+    sim.firmware.reposition(np.array((0.0, 0.0, -0.7)), math.nan)
+    fly(sim, 5.0)
+    assert sim.firmware.fence_status.count == 1
+    assert mode_of(sim) is Mode.LAND
+    fly(sim, 15.0)
+    assert sim.firmware.fence_status.breach == ""
+    assert sim.firmware.fence_status.count == 1
+    assert not sim.firmware.armed
+
+
 def test_ardupilots_fence_is_off_until_it_is_enabled() -> None:
     sim = in_hover(arducopter(FENCE_ALT_MAX=10.0))
     sim.firmware.reposition(np.array((0.0, 0.0, -14.0)), math.nan)

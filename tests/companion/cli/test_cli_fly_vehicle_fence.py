@@ -15,6 +15,11 @@ COPTER = (
     "ardupilot_parameters",
     {"FENCE_ENABLE": 1, "FENCE_RADIUS": 30.0, "FENCE_ALT_MAX": 10.0, "FENCE_MARGIN": 4.0},
 )
+FLOOR = (
+    "arducopter_sitl",
+    COPTER[1],
+    {"FENCE_ENABLE": 1, "FENCE_TYPE": 8, "FENCE_ALT_MIN": 1, "FENCE_MARGIN": 1},
+)
 
 
 @pytest.fixture
@@ -38,6 +43,7 @@ def limited(request: pytest.FixtureRequest, tmp_path: Path) -> str:
             ("--origin", 26, 0),
             r"m beyond what the vehicle's FENCE_RADIUS 30 allows, which is kept 4 m",
         ),
+        (FLOOR, (), r"m beyond what the vehicle's FENCE_ALT_MIN 1 allows, which is kept 1 m away from"),
         (COPTER, ("--size", 7), r"m beyond what the vehicle's FENCE_ALT_MAX 10 allows"),
     ],
     indirect=["limited"],
@@ -93,3 +99,13 @@ def test_a_takeoff_leads_no_higher_than_the_ceiling(limited: str, companion: Run
     assert "taking off to 2 m" in ran.out
     assert "breach" not in ran.out.lower()
     assert "violation" not in ran.out.lower()
+
+
+@pytest.mark.parametrize("limited", [FLOOR], indirect=True)
+def test_above_a_floor_it_is_flown_and_landed(limited: str, companion: Run) -> None:
+    ran = companion(
+        *("fly", "star", "--connect", limited, "--strategy", "baseline", "--altitude", 2.5, "--land")
+    )
+    assert ran.status == 0, ran.err
+    assert "at least 2 m above it (FENCE_ALT_MIN 1)" in ran.out
+    assert "breach" not in ran.out.lower()
