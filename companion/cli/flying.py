@@ -15,7 +15,7 @@ from companion import __version__, clock
 from companion.autopilot import Autopilot, Identity, detect, identify
 from companion.cli.display import FlightDisplay
 from companion.cli.flown_similarity import source_of, tell_similarity
-from companion.cli.recorded import link_text, recorded, versions
+from companion.cli.recorded import ask_how_it_flies, configuration, link_text, recorded, versions
 from companion.cli.thermometer import Thermometer
 from companion.cli.unfinished import FlightNote
 from companion.doctor.failsafe import failsafe_findings, require_safe
@@ -38,7 +38,7 @@ from companion.link.telemetry import Telemetry
 from companion.mission.vehicle_fence import vehicle_fence
 from companion.priority import prioritised
 from companion.recording import Provenance
-from companion.recording.topics import TECHNIQUE, VERSIONS
+from companion.recording.topics import CONFIGURATION, TECHNIQUE, VERSIONS
 from companion.trajectory import Limits, Trajectory, summarise
 from companion.trajectory.limits import peaks_of, stretches
 
@@ -226,9 +226,11 @@ async def _fly(request: Request, record: Path | None, console: Console) -> Flown
             recorder.metadata(VERSIONS, versions(identity))
             recorder.metadata(TECHNIQUE, request.technique.model_dump(mode="json"))
             await _look_at_failsafe(connection, identity, request.accept_failsafe, display.phase)
+            await ask_how_it_flies(connection, identity, recorder)
             autopilot = await detect(connection, telemetry)
             limits = await _limits(request.limits, autopilot, display.phase)
             plan = await request.course.lay(connection, telemetry, limits, display.phase)
+            recorder.metadata(CONFIGURATION, configuration(plan, limits))
             note = _note(request, connection.system_id)
             outcome = await fly(
                 plan if note is None else replace(plan, cut_off=note.former()),

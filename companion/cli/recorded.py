@@ -1,25 +1,37 @@
 """The recording of a flight on a link: where it is kept, and what is in it besides the flight itself."""
 
+import asyncio
 import platform
 import re
+import shlex
+import sys
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
+
+from pydantic_core import to_jsonable_python
 
 from companion import clock
 from companion.autopilot import Identity
+from companion.autopilot.flown_parameters import FLOWN_BY
+from companion.flight.plan import FlightPlan
 from companion.flight.recorder import FlightRecorder, Recorder
 from companion.flight.takeoff import Announce
 from companion.link.address import Address, Simulated
 from companion.link.connection import Connection
 from companion.link.dialect import mavlink
+from companion.link.parameter import read_parameters
 from companion.link.parameter_encoding import ParameterType, decode_value, usual_encoding
 from companion.link.presence import LinkChange
 from companion.link.status_text import StatusText
 from companion.recording import Provenance
 from companion.recording.flight_log import flight_log
+from companion.trajectory import Limits
 
+_PARAMETERS_WITHIN_S = 2.0
+_ATTEMPTS = 2
 _LIBRARIES = ("impromptu", "numpy", "scipy", "pymavlink")
 
 
@@ -83,6 +95,53 @@ def versions(identity: Identity) -> dict[str, str]:
         "autopilot": identity.autopilot,
         "firmware": identity.version or "unknown",
     }
+
+
+def configuration(plan: FlightPlan, limits: Limits) -> dict[str, Any]:
+    """How a flight was asked for, and what came of that on this vehicle, as JSON can say it.
+
+    Args:
+        plan: as it is flown.
+        limits: what was allowed and what the vehicle allows, together.
+    """
+    chosen = {
+        "command": shlex.join(["companion", *sys.argv[1:]]),
+        "limits": limits,
+        "guard": plan.limits,
+        "vehicle_fence": plan.vehicle_fence,
+        "period_s": plan.period_s,
+        "takeoff_altitude_m": plan.takeoff_altitude_m,
+        "settle_s": plan.settle_s,
+        "yaw": plan.yaw,
+        "after": plan.after,
+        "resume": plan.resume,
+    }
+    told: dict[str, Any] = to_jsonable_python(chosen, inf_nan_mode="null")
+    return told
+
+
+async def ask_how_it_flies(connection: Connection, identity: Identity, recorder: Recorder) -> None:
+    """Have the vehicle tell its gains, limits, failsafes and fence; all that it tells is recorded.
+
+    An event names those that it did not tell; a slow link holds a flight up for two seconds at most.
+    """
+    names = FLOWN_BY.get(identity.autopilot, ())
+    told: set[str] = set()
+    unsubscribe = connection.subscribe(
+        mavlink.MAVLink_param_value_message, lambda message: told.add(message.param_id)
+    )
+    encoding = usual_encoding(connection.heartbeat.autopilot)
+    try:
+        with suppress(TimeoutError):
+            async with asyncio.timeout(_PARAMETERS_WITHIN_S):
+                await read_parameters(connection, names, encoding, attempts=_ATTEMPTS)
+    finally:
+        unsubscribe()
+    untold = [name for name in names if name not in told]
+    if untold:
+        recorder.event(
+            clock.now(), f"parameters that the vehicle did not tell: {', '.join(untold)}", "parameters"
+        )
 
 
 def link_text(change: LinkChange) -> str:

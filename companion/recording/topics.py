@@ -73,7 +73,8 @@ OLD_EVENTS = "impromptu.Events"
 TOPICS = (*SERIES, EVENTS, GUARD, PARAMETERS, CONTROL, TRAJECTORY, *scene.SCHEMA_NAMES)
 
 PROVENANCE, SEGMENTS, VERSIONS, TECHNIQUE = "provenance", "segments", "versions", "technique"
-METADATA = (PROVENANCE, SEGMENTS, VERSIONS, TECHNIQUE)
+CONFIGURATION = "configuration"
+METADATA = (PROVENANCE, SEGMENTS, VERSIONS, TECHNIQUE, CONFIGURATION)
 """What is known once, each a set of names and values."""
 
 _INFO = 2

@@ -119,8 +119,9 @@ def test_only_what_was_tracked_counts(companion: Run, line: Path, tmp_path: Path
 
 def test_what_was_tracked_before_a_fall_back_counts_too(companion: Run, line: Path, tmp_path: Path) -> None:
     guard = tmp_path / "guard.yaml"
-    guard.write_text("watchdogs: {off_course_m: {limit: 0.1, lasts_s: 0.1, action: fall back}}")
-    shown = fly_and_report(companion, line, tmp_path, "gust:north_m_s=12,at_s=14", "--guard", guard)
+    guard.write_text("watchdogs: {off_course_m: {limit: 0.5, lasts_s: 0.1, action: fall back}}")
+    gust = "gust:north_m_s=20,at_s=13.5,lasts_s=1"
+    shown = fly_and_report(companion, line, tmp_path, gust, "--guard", guard)
     assert "falling back" in (tmp_path / "page" / "index.html").read_text()
     assert shown["duration_s"] == pytest.approx(4.4, abs=0.1)
 
