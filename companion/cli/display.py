@@ -1,5 +1,6 @@
 """A flight as it shows on a terminal: a line for each event, and a bar while the trajectory is tracked."""
 
+from concurrent.futures import ThreadPoolExecutor
 from types import TracebackType
 from typing import Self
 
@@ -13,11 +14,16 @@ _WARNING = 4  # MAV_SEVERITY_WARNING: it and all below are worth a colour
 
 
 class FlightDisplay:
-    """Shows one flight; time counts from when it was made."""
+    """Shows one flight; time counts from when it was made.
+
+    Lines are written by a thread of their own: a terminal that hangs, as over a network, holds up no flight,
+    and one that is gone ends none.
+    """
 
     def __init__(self, console: Console) -> None:
         self._console = console
         self._began_s = clock.now()
+        self._terminal = ThreadPoolExecutor(max_workers=1)
         self._bar = Progress(
             TextColumn("{task.description}"),
             BarColumn(),
@@ -35,6 +41,7 @@ class FlightDisplay:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
+        self._terminal.shutdown()
         self._bar.stop()
 
     def phase(self, text: str) -> None:
@@ -54,4 +61,6 @@ class FlightDisplay:
 
     def _line(self, text: str, style: str | None = None) -> None:
         time = f"{clock.now() - self._began_s:7.1f} s  "
-        self._console.print(time + text, style=style, markup=False, highlight=False, soft_wrap=True)
+        self._terminal.submit(
+            self._console.print, time + text, style=style, markup=False, highlight=False, soft_wrap=True
+        )

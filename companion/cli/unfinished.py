@@ -1,6 +1,7 @@
 """A note on disk of a flight under way, which one that is cut off (`kill -9`, a power cut) leaves behind."""
 
 import json
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
 from companion.flight.states import FlightState
@@ -22,6 +23,7 @@ class FlightNote:
         self._path = folder / f"in-flight-{system_id}.json"
         self._flight = flight
         self._is_ours = False
+        self._disk = ThreadPoolExecutor(max_workers=1)
 
     def former(self) -> str:
         """What the flight was called that left the note; empty where there is none."""
@@ -33,8 +35,15 @@ class FlightNote:
             return "a flight"
         return str(told.get("flight", "a flight"))[:100] if isinstance(told, dict) else "a flight"
 
-    def state(self, state: FlightState) -> None:
-        """The flight came to another state; a disk that fails keeps nobody from flying."""
+    def state(self, state: FlightState) -> Future[None]:
+        """The flight came to another state; a disk that is slow or fails keeps nobody from flying.
+
+        Returns:
+            Done when the note says so; the program does not end before.
+        """
+        return self._disk.submit(self._write, state)
+
+    def _write(self, state: FlightState) -> None:
         try:
             if state in _UNDER_WAY or (self._is_ours and state not in _ENDED):
                 self._is_ours = True

@@ -1,5 +1,6 @@
 """The note that a flight leaves behind when nobody knows how it ended."""
 
+import threading
 from pathlib import Path
 
 import pytest
@@ -14,7 +15,7 @@ FLOWN = (FlightState.STANDBY, FlightState.TAKING_OFF, FlightState.APPROACHING, F
 def left_by(folder: Path, *states: FlightState) -> str:
     note = FlightNote(folder / "flights", 3, "star")
     for state in states:
-        note.state(state)
+        note.state(state).result()
     return FlightNote(folder / "flights", 3, "clef").former()
 
 
@@ -52,3 +53,19 @@ def test_a_note_that_cannot_be_read_is_one_all_the_same(tmp_path: Path, content:
 def test_a_disk_that_fails_keeps_nobody_from_flying(tmp_path: Path) -> None:
     (tmp_path / "flights").write_text("a file where a folder should be")
     assert left_by(tmp_path / "flights", *FLOWN) == ""
+
+
+def test_a_disk_that_hangs_keeps_nobody_from_flying(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    let_go, write = threading.Event(), Path.write_text
+
+    def hanging(path: Path, data: str, encoding: str) -> int:
+        assert let_go.wait(5.0)
+        return write(path, data, encoding)
+
+    monkeypatch.setattr(Path, "write_text", hanging)
+    note = FlightNote(tmp_path, 3, "star")
+    noted = [note.state(state) for state in (*FLOWN, FlightState.HOLDING)]
+    assert not noted[-1].done()
+    let_go.set()
+    noted[-1].result()
+    assert note.former() == ""
