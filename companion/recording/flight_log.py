@@ -49,7 +49,10 @@ async def flight_log(path: Path, provenance: Provenance, tell: Tell) -> AsyncIte
             spawn(log.keep_writing())
             yield log
     finally:
-        await asyncio.to_thread(log.close)
+        try:
+            await asyncio.to_thread(log.close)
+        except OSError as error:
+            tell(f"the end of the recording is lost ({error.strerror})")
 
 
 def _opened(path: Path) -> tuple[Path, io.FileIO, io.FileIO]:
@@ -132,18 +135,24 @@ class FlightLog:
                 self._out_of_trouble()
 
     def close(self) -> None:
-        """Write what is left, and the index; waits for the disk."""
+        """Write what is left, and the index; waits for the disk.
+
+        Raises:
+            OSError: not all could be written; the files are closed all the same.
+        """
         self._writer.finish()
         try:
             self._drain()
-        except OSError as error:
-            self._tell(f"the end of the recording is lost ({error.strerror})")
-        self._mcap.close()
-        self._tlog.close()
+        finally:
+            self._mcap.close()
+            self._tlog.close()
 
     def _drain(self) -> None:
-        self._mcap.drain()
-        self._tlog.drain()
+        """Write both files, the one whatever becomes of the other."""
+        try:
+            self._mcap.drain()
+        finally:
+            self._tlog.drain()
 
     def _takes(self, spool: Spool) -> bool:
         if spool.full:

@@ -154,20 +154,25 @@ def test_a_full_disk_is_said_once_and_the_flight_goes_on(tmp_path: Path) -> None
     assert left.states.time_s[-1] > 59.9
 
 
-def test_a_disk_that_stays_full_loses_the_end_and_says_so(tmp_path: Path) -> None:
-    said: list[str] = []
-    path, tlog = tmp_path / "flight.mcap", (tmp_path / "flight.tlog").open("wb", buffering=0)
+@pytest.mark.parametrize("virtual", [True, False])
+def test_a_disk_that_stays_full_loses_the_end_and_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, virtual: bool
+) -> None:
+    """It is said where a clock can be read, whoever found it out."""
+    monkeypatch.setattr(module, "_claimed", lambda path: SmallDisk(path, room=2_000))
+    said: list[tuple[bool, str]] = []
+    path = tmp_path / "flight.mcap"
 
     async def fly_on() -> None:
-        log = FlightLog(path, Spool(SmallDisk(path, room=20_000)), Spool(tlog), PROVENANCE, said.append)
-        for _ in range(500):
-            add_state(log)
-            await asyncio.sleep(0.02)
-        log.close()
+        async with flight_log(path, PROVENANCE, lambda text: said.append((clock.now() >= 0.0, text))) as log:
+            for _ in range(500):
+                add_state(log)
+                log.frame(HEARTBEAT)
 
-    virtually(fly_on())
-    assert said == ["the end of the recording is lost (No space left on device)"]
+    clock.run(fly_on(), virtual=virtual)
+    assert said == [(True, "the end of the recording is lost (No space left on device)")]
     assert read_mcap(path).provenance == PROVENANCE
+    assert len(telemetry_log(path.with_suffix(".tlog"))) == 500, "the one file does not keep back the other"
 
 
 async def test_a_disk_that_hangs_does_not_hold_up_the_loop(
