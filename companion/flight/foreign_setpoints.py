@@ -13,7 +13,7 @@ _SENT_KEPT_S = 1.0
 """So long a setpoint may take to the vehicle, and what it tells of it back."""
 _OURS_M = 0.5
 _TOLD_KEPT = 20
-"""Two seconds of them."""
+"""One or two seconds of them."""
 
 
 class ForeignSetpoints:

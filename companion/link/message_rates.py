@@ -4,7 +4,7 @@ import asyncio
 import contextlib
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping
 
 from companion import clock
 from companion.errors import NoReplyError, RefusedError
@@ -26,12 +26,16 @@ _LONGEST_PATIENCE_S = 30.0
 class MessageRates:
     """The rates (Hz), by message id, at which a vehicle is to send.
 
-    One that refuses a rate sends at its own, and is not asked again before its next start.
+    One that refuses a rate sends at its own, and is not asked again before its next start. Messages of
+    `at_times` are those that it sends in some of its modes only, and that are not missed.
     """
 
-    def __init__(self, connection: Connection, rates_hz: Mapping[int, float]) -> None:
+    def __init__(
+        self, connection: Connection, rates_hz: Mapping[int, float], at_times: Container[int] = ()
+    ) -> None:
         self._connection = connection
         self._rates_hz = dict(rates_hz)
+        self._at_times = at_times
         self._to_ask = set(self._rates_hz)
         self._refused: set[int] = set()
         self._heard_s = dict.fromkeys(self._rates_hz, -math.inf)
@@ -94,6 +98,8 @@ class MessageRates:
         return due
 
     def _is_missed(self, message_id: int, elapsed_s: float) -> bool:
+        if message_id in self._at_times:
+            return False
         rate_hz = self._rates_hz[message_id]
         silence_s = clock.now() - self._heard_s[message_id]
         return silence_s > max(_LOOK_EVERY_S, _INTERVALS / rate_hz) or self._came[message_id] < int(

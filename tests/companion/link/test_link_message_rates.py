@@ -1,6 +1,6 @@
 import asyncio
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Container, Iterable
 
 from fake_vehicle import FakeVehicle, in_virtual_time
 
@@ -33,8 +33,8 @@ class Streams:
         return asked
 
 
-async def begun(connection: Connection) -> MessageRates:
-    rates = MessageRates(connection, RATES_HZ)
+async def begun(connection: Connection, at_times: Container[int] = ()) -> MessageRates:
+    rates = MessageRates(connection, RATES_HZ, at_times)
     await rates.ask()
     connection.spawn(rates.keep())
     return rates
@@ -58,6 +58,20 @@ async def test_what_stays_away_is_asked_for_again_less_and_less_often() -> None:
         assert streams.take().keys() == {HOME}
         assert 4 <= len(times) <= 8
         assert times[-1] - times[-2] > 20.0
+
+
+@in_virtual_time
+async def test_what_comes_at_times_is_asked_for_at_each_start_and_not_missed() -> None:
+    vehicle = FakeVehicle()
+    streams = Streams(vehicle)
+    async with connect_over(vehicle.open) as connection:
+        rates = await begun(connection, {HOME})
+        assert streams.take() == {ATTITUDE: 1, HOME: 1}
+        await send_attitudes(vehicle, 30.0)
+        assert HOME not in streams.take()
+        rates.ask_again()
+        await send_attitudes(vehicle, 1.0)
+        assert streams.take()[HOME] == 1
 
 
 @in_virtual_time
