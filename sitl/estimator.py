@@ -35,6 +35,7 @@ class Estimator(NamedTuple):
         resets: how often there was one.
         offset, turn: what faults add to position and velocity (m, m/s) and to the heading (rad).
         test_ratios: of velocity and heading, as an EKF tells them: from 1 on it refuses its sensors.
+        gps: where the GPS receiver has the vehicle: the truth, as old as the estimated position.
         position, velocity, attitude, rates: the estimate, NED, SI.
     """
 
@@ -52,6 +53,7 @@ class Estimator(NamedTuple):
     offset: Float[Array, "2 3"]
     turn: Float[Array, "1"]
     test_ratios: Float[Array, "2"]
+    gps: Vec3
     position: Vec3
     velocity: Vec3
     attitude: Quaternion
@@ -97,6 +99,7 @@ def estimator(
         offset=np.zeros((2, 3)),
         turn=np.zeros(1),
         test_ratios=np.full(2, CONTENT),
+        gps=np.zeros(3),
         position=np.zeros(3),
         velocity=np.zeros(3),
         attitude=np.zeros(4),
@@ -163,6 +166,7 @@ def compose(estimate: Estimator, step: int, motion: Float[Array, "13"]) -> None:
     attitude = past[(step - estimate.delay[2]) % size]
     rates = past[(step - estimate.delay[3]) % size]
     for axis in range(3):
+        estimate.gps[axis] = position[axis]
         estimate.position[axis] = position[axis] + noise[0, axis] + slow[0, axis] + offset[0, axis]
         estimate.velocity[axis] = velocity[3 + axis] + noise[1, axis] + slow[1, axis] + offset[1, axis]
         estimate.rates[axis] = rates[10 + axis] + noise[3, axis] + slow[3, axis]

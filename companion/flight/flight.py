@@ -23,7 +23,8 @@ from companion.flight.stream import SetpointStream
 from companion.flight.takeoff import Announce, home_of, is_flying, take_off
 from companion.flight.tracker import PLAIN, Tracker, tracking_error_m
 from companion.flight.watchdogs import Action, Alarm, Readings, WatchdogError
-from companion.flight.watching import keep_watch, readings
+from companion.flight.watching import keep_watch, of_vehicle, with_stream
+from companion.link.status import Landed
 from companion.link.tasks import background_tasks
 from companion.link.telemetry import Telemetry
 from companion.recording.metrics import ErrorSum, TrackingAccuracy
@@ -184,7 +185,7 @@ class _Flight:
             spawn(
                 keep_watch(
                     self.plan.limits.watchdogs,
-                    partial(self._readings, stream),
+                    lambda now_s: with_stream(self._readings(now_s), stream),
                     partial(self._fall_back, stream),
                 )
             )
@@ -195,6 +196,8 @@ class _Flight:
                 from_s,
                 max(tracker.end_s, from_s + _LEAST_MEASURED_S),
             )
+            if (first := self.telemetry.state) is not None:  # it may be of the first instant
+                errors.add(first.time_s, first.position)
             unsubscribe = self.telemetry.subscribe(lambda state: errors.add(state.time_s, state.position))
             await self._track(tracker)
             unsubscribe()
@@ -247,13 +250,18 @@ class _Flight:
         await self.autopilot.return_home()
         self.came(Event.GROUND)
 
-    def _readings(self, stream: SetpointStream, now_s: float) -> Readings:
-        return readings(stream, self.telemetry.status, self.temperature_c(), now_s)
+    def _readings(self, now_s: float) -> Readings:
+        return of_vehicle(self.telemetry.status, self.temperature_c(), now_s)
 
-    def _fall_back(self, stream: SetpointStream, alarm: Alarm) -> None:
+    def _climb_readings(self, now_s: float) -> Readings:
+        """Nothing before it has left the ground."""
+        is_down = self.telemetry.status.landed is Landed.ON_GROUND
+        return Readings() if is_down else self._readings(now_s)
+
+    def _fall_back(self, stream: SetpointStream | None, alarm: Alarm) -> None:
         """Track with nothing but the plain strategy from now on."""
         self.plan = replace(self.plan, law=position_velocity, correction=None, supervision=None)
-        if stream.control.tracker.law_name != PLAIN:
+        if stream is not None and stream.control.tracker.law_name != PLAIN:
             self.note(f"falling back on the plain strategy: {alarm}")
             stream.fall_back()
 
@@ -308,8 +316,7 @@ class _Flight:
                 raise FlightError("the vehicle is on the ground, so there is nothing to resume: fly anew")
             self.came(Event.TAKE_OFF)
             _, ceiling_m = self.plan.limits.fence.altitude_m
-            altitude_m = min(self.plan.takeoff_altitude_m, ceiling_m)
-            return await take_off(self.autopilot, self.telemetry, altitude_m, self.note)
+            return await self._take_off(min(self.plan.takeoff_altitude_m, ceiling_m))
         self.came(Event.FIND_FLYING)
         self.found_in = self.autopilot.mode
         if self.plan.cut_off and not self.plan.resume:
@@ -320,6 +327,13 @@ class _Flight:
         action = "resuming where it is" if self.plan.resume else "going to the start from there"
         self.note(f"already in the air, in {self.found_in}: {action}")
         return await home_of(self.telemetry, self.note)
+
+    async def _take_off(self, altitude_m: float) -> Vec3:
+        """Climb, watched; the takeoff point (NED, m)."""
+        async with background_tasks() as spawn:
+            watchdogs = self.plan.limits.watchdogs
+            spawn(keep_watch(watchdogs, self._climb_readings, partial(self._fall_back, None)))
+            return await take_off(self.autopilot, self.telemetry, altitude_m, self.note)
 
     async def _begin(self, trajectory: Trajectory, stream: SetpointStream) -> tuple[Tracker, float]:
         """Go to the start and settle there, the strategy active; what tracks then, and since when (s)."""

@@ -9,6 +9,7 @@ from companion import clock
 from companion.autopilot.interface import Autopilot
 from companion.errors import GapError
 from companion.flight.control import Control
+from companion.flight.foreign_setpoints import ForeignSetpoints
 from companion.flight.tracker import Tracker
 from companion.flight.watchdogs import Watchdog, WatchdogError
 from companion.link.telemetry import Telemetry
@@ -49,6 +50,7 @@ class SetpointStream:
         self._telemetry = telemetry
         self.control = control
         self.computing = 0.0
+        self._foreign = ForeignSetpoints()
         self._lateness_s = 0.0
         self._state_age = state_age
         self._oldest_s = min(state_age.limit, timeout_s)
@@ -63,6 +65,11 @@ class SetpointStream:
     def fall_back(self) -> None:
         """Follow the same trajectory with the plain strategy."""
         self.follow(self.control.tracker.plain())
+
+    @property
+    def foreign(self) -> float:
+        """Share of the setpoints that the vehicle follows that are not of this stream; NaN if not known."""
+        return self._foreign.share(self._telemetry.status.setpoint)
 
     def take_lateness_s(self) -> float:
         """How late the loop was at most (s), since this was asked for last."""
@@ -101,6 +108,7 @@ class SetpointStream:
         share = (clock.now() - now_s) / self._period_s
         self.computing += min(self._period_s / _COMPUTING_OVER_S, 1.0) * (share - self.computing)
         self._autopilot.send_setpoint(sent.position, sent.velocity, sent.acceleration, yaw)
+        self._foreign.sent(now_s, sent.position)
         self._sent_s = now_s
 
     def _present_state(self, now_s: float) -> VehicleState | None:
@@ -116,7 +124,7 @@ class SetpointStream:
             return newest.at(now_s)
         if newest is not None and now_s - self._listening_since_s <= self._oldest_s:
             return None
-        silent = f"no telemetry for {self._oldest_s:g} s: check the link and the vehicle's estimator"
+        silent = f"no new position for {self._oldest_s:g} s: check the link and the vehicle's estimator"
         # A vehicle that may not have heard us for so long either is past its failsafe.
         raise (
             GapError(silent)

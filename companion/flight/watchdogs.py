@@ -65,12 +65,16 @@ class Watchdogs(BaseModel):
     """How far the tracking error is from what the online model had predicted of it."""
     off_course_m: Watchdog = Watchdog(limit=2.5, lasts_s=3.0)
     """The tracking error."""
+    foreign: Watchdog = Watchdog(limit=0.1)
+    """Of the setpoints that the vehicle says it follows, those that are not ours."""
     battery_used: Watchdog = Watchdog(limit=0.9, lasts_s=2.0, action=Action.LAND)
     """Share of the charge."""
     estimator: Watchdog = Watchdog(limit=1.0, lasts_s=2.0)
     """The largest of its innovation test ratios, or infinite where it lost a part of its estimate."""
     gps_lost_s: Watchdog = Watchdog(limit=2.0, action=Action.LAND)
     """Since there was a fix in three dimensions, on a vehicle that had one."""
+    gps_apart_m: Watchdog = Watchdog(limit=1.5, action=Action.LAND)
+    """From the estimate to where GPS has the vehicle; of a receiver that claims n metres, an nth of it."""
     temperature_c: Watchdog = Watchdog(limit=95.0, lasts_s=5.0, action=Action.LAND)
     """Of the companion's processor, where Linux tells it."""
 
@@ -95,9 +99,11 @@ class Readings:
     computing: float = math.nan
     unpredicted_m: float = math.nan
     off_course_m: float = math.nan
+    foreign: float = math.nan
     battery_used: float = math.nan
     estimator: float = math.nan
     gps_lost_s: float = math.nan
+    gps_apart_m: float = math.nan
     temperature_c: float = math.nan
 
 
@@ -106,9 +112,11 @@ _WORDS: Mapping[str, str] = {
     "computing": "a control step takes {:.2g} of its period",
     "unpredicted_m": "the tracking error is {:.2g} m from what was predicted",
     "off_course_m": "the vehicle is {:.2g} m from where it should be",
+    "foreign": "{:.0%} of the setpoints that the vehicle follows are not ours: does another program send?",
     "battery_used": "{:.0%} of the battery is used",
     "estimator": "the estimator's innovation test ratio is {:.2g}",
     "gps_lost_s": "no GPS fix for {:.2g} s",
+    "gps_apart_m": "the estimated position is {:.2g} m from where GPS has the vehicle",
     "temperature_c": "the companion's processor is at {:.0f} °C",
 }
 

@@ -1,7 +1,9 @@
-"""Reads what the watchdogs watch while our setpoints are flown, and has them act."""
+"""Reads what the watchdogs watch in the climb and while our setpoints are flown, and has them act."""
 
 import asyncio
+import math
 from collections.abc import Callable
+from dataclasses import replace
 
 from companion import clock
 from companion.flight.stream import SetpointStream
@@ -39,15 +41,24 @@ async def keep_watch(
         await asyncio.sleep(_LOOK_EVERY_S)
 
 
-def readings(stream: SetpointStream, status: VehicleStatus, temperature_c: float, now_s: float) -> Readings:
-    """What is known at `now_s` (companion clock, s)."""
+def of_vehicle(status: VehicleStatus, temperature_c: float, now_s: float) -> Readings:
+    """What is known of the vehicle and the computer at `now_s` (companion clock, s)."""
     return Readings(
+        battery_used=math.nan if status.battery is None else 1.0 - status.battery,
+        estimator=status.estimator,
+        gps_lost_s=now_s - status.gps_lost_s,
+        gps_apart_m=status.gps_apart_m,
+        temperature_c=temperature_c,
+    )
+
+
+def with_stream(readings: Readings, stream: SetpointStream) -> Readings:
+    """The same, and what is known of our setpoints."""
+    return replace(
+        readings,
         lateness_s=stream.take_lateness_s(),
         computing=stream.computing,
         unpredicted_m=stream.control.unpredicted_m,
         off_course_m=stream.control.error_m,
-        battery_used=float("nan") if status.battery is None else 1.0 - status.battery,
-        estimator=status.estimator,
-        gps_lost_s=now_s - status.gps_lost_s,
-        temperature_c=temperature_c,
+        foreign=stream.foreign,
     )

@@ -16,6 +16,7 @@ from companion.geodesy import ARDUPILOT_EARTH, Place, ned_from_geodetic
 from companion.link.connection import Connection
 from companion.link.dialect import mavlink
 from companion.link.estimator import Estimator, of_ardupilot, of_px4
+from companion.link.gps import GpsComparison
 
 _AT_REST_S = 10.0
 """A vehicle that is on the ground for so long and still armed does not disarm itself (COM_DISARM_LAND 0)."""
@@ -48,6 +49,10 @@ class VehicleStatus:
             it does not tell.
         gps_lost_s: since when there is no fix in three dimensions any more (companion clock, s); infinite
             where there is one, or never was.
+        setpoint: the position that it says it follows (NED, m), a new object each time that it says so; None
+            until it does.
+        gps_apart_m: how far the estimate is from where GPS has the vehicle (m), as `GpsComparison` has it;
+            NaN where it is not known.
     """
 
     armed: bool
@@ -58,6 +63,8 @@ class VehicleStatus:
     landed_s: float = math.inf
     estimator: float = math.nan
     gps_lost_s: float = math.inf
+    gps_apart_m: float = math.nan
+    setpoint: Vec3 | None = None
 
     def is_down(self, now_s: float) -> bool:
         """Whether a landing is over: it is on the ground, and disarmed, or does not disarm itself."""
@@ -72,11 +79,16 @@ class StatusWatch:
         self.status = VehicleStatus(*_armed_and_mode(connection.heartbeat))
         self._mode_told_s = -math.inf
         self._had_fix = False
+        self._gps = GpsComparison()
         connection.subscribe(mavlink.MAVLink_heartbeat_message, self._on_heartbeat)
         connection.subscribe(mavlink.MAVLink_current_mode_message, self._on_current_mode)
         connection.subscribe(mavlink.MAVLink_extended_sys_state_message, self._on_extended_state)
         connection.subscribe(mavlink.MAVLink_sys_status_message, self._on_system_status)
         connection.subscribe(mavlink.MAVLink_gps_raw_int_message, self._on_gps)
+        connection.subscribe(
+            mavlink.MAVLink_global_position_int_message, lambda told: self._gps.estimate(told, clock.now())
+        )
+        connection.subscribe(mavlink.MAVLink_position_target_local_ned_message, self._on_setpoint)
         connection.subscribe(
             mavlink.MAVLink_estimator_status_message, lambda told: self._take_estimator(of_px4(told))
         )
@@ -115,8 +127,12 @@ class StatusWatch:
         has_fix = message.fix_type >= mavlink.GPS_FIX_TYPE_3D_FIX
         self._had_fix = self._had_fix or has_fix
         lost_s = min(self.status.gps_lost_s, clock.now()) if self._had_fix and not has_fix else math.inf
-        if lost_s != self.status.gps_lost_s:
-            self.status = replace(self.status, gps_lost_s=lost_s)
+        apart_m = self._gps.fix(message, clock.now())
+        self.status = replace(self.status, gps_lost_s=lost_s, gps_apart_m=apart_m)
+
+    def _on_setpoint(self, message: mavlink.MAVLink_position_target_local_ned_message) -> None:
+        if not message.type_mask & _NO_POSITION and math.isfinite(message.x + message.y + message.z):
+            self.status = replace(self.status, setpoint=np.array([message.x, message.y, message.z]))
 
     def _take_estimator(self, told: Estimator) -> None:
         self.status = replace(self.status, estimator=math.inf if told.missing else told.worst_ratio)
@@ -139,6 +155,11 @@ class StatusWatch:
             self.status = replace(self.status, home=home)
 
 
+_NO_POSITION = (
+    mavlink.POSITION_TARGET_TYPEMASK_X_IGNORE
+    | mavlink.POSITION_TARGET_TYPEMASK_Y_IGNORE
+    | mavlink.POSITION_TARGET_TYPEMASK_Z_IGNORE
+)
 _LANDED_STATES = {landed.value for landed in Landed}
 
 

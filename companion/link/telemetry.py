@@ -25,8 +25,12 @@ _RATES_HZ = {
     mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: 5.0,
     mavlink.MAVLINK_MSG_ID_HOME_POSITION: 0.5,
     mavlink.MAVLINK_MSG_ID_SYS_STATUS: 2.0,
-    mavlink.MAVLINK_MSG_ID_GPS_RAW_INT: 2.0,
+    mavlink.MAVLINK_MSG_ID_GPS_RAW_INT: 5.0,
+    mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: 5.0,
+    mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED: 17.0,  # in step with no other program's setpoints
 }
+_AT_TIMES = {mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED}
+"""Messages that come while the vehicle follows setpoints."""
 _OWN_RATES_HZ = {
     mavlink.MAV_AUTOPILOT_PX4: {
         mavlink.MAVLINK_MSG_ID_CURRENT_MODE: 10.0,
@@ -44,6 +48,7 @@ _TIMESYNC_INTERVAL_S = 0.1
 _QUESTIONS_KEPT = 64
 _ATTITUDES_KEPT = 5
 _FARTHEST_ATTITUDE_MS = 100
+_MOVES_M_S = 0.05
 
 
 async def start_telemetry(connection: Connection) -> "Telemetry":
@@ -71,20 +76,23 @@ class Telemetry:
         state: the newest, None until there is one.
         restarts: how often the vehicle's time fell back.
         out_of_order: how many positions came after newer ones, and were dropped.
+        repeated: how many positions stood still while telling of a speed, and were dropped as frozen.
         not_finite: how many messages had numbers that were not finite, and were dropped.
     """
 
     def __init__(self, connection: Connection) -> None:
         own_hz = _OWN_RATES_HZ.get(connection.heartbeat.autopilot, {})
-        self.rates = MessageRates(connection, _RATES_HZ | own_hz)
+        self.rates = MessageRates(connection, _RATES_HZ | own_hz, _AT_TIMES)
         self.state: VehicleState | None = None
         self.restarts = 0
         self.out_of_order = 0
+        self.repeated = 0
         self.not_finite = 0
         self._connection = connection
         self._watch = StatusWatch(connection)
         self._offset = ClockOffset()
         self._newest_s = -math.inf
+        self._newest_position = np.full(3, math.nan)
         self._attitudes: deque[mavlink.MAVLink_attitude_message] = deque(maxlen=_ATTITUDES_KEPT)
         self._questions_ns: deque[int] = deque(maxlen=_QUESTIONS_KEPT)
         self._handlers: tuple[StateHandler, ...] = ()
@@ -161,6 +169,12 @@ class Telemetry:
             self.restarts += 1
             self.rates.ask_again()
         self._newest_s = vehicle_s
+        position = np.array([message.x, message.y, message.z])
+        velocity = np.array([message.vx, message.vy, message.vz])
+        if np.array_equal(position, self._newest_position) and math.hypot(*velocity) > _MOVES_M_S:
+            self.repeated += 1
+            return
+        self._newest_position = position
         received_s = clock.now()
         time_s = self._offset.companion_time(vehicle_s, received_s)
         attitude = self._attitude_at(message.time_boot_ms)
@@ -169,8 +183,8 @@ class Telemetry:
         state = VehicleState(
             time_s=time_s,
             received_s=received_s,
-            position=np.array([message.x, message.y, message.z]),
-            velocity=np.array([message.vx, message.vy, message.vz]),
+            position=position,
+            velocity=velocity,
             attitude=np.array([attitude.roll, attitude.pitch, attitude.yaw]),
             rates=np.array([attitude.rollspeed, attitude.pitchspeed, attitude.yawspeed]),
         )

@@ -64,6 +64,7 @@ def estimate_now(loops: Loops, estimator: Estimator, time_s: float) -> Estimate:
         acceleration=np.array((wanted[0], wanted[1], loops.sensors.down[1])),
         attitude=estimator.attitude.copy(),
         rates=estimator.rates.copy(),
+        gps=estimator.gps.copy(),
         resets=int(estimator.resets[0]),
         test_ratios=(float(estimator.test_ratios[0]), float(estimator.test_ratios[1])),
     )

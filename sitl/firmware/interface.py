@@ -114,6 +114,7 @@ class Estimate:
         position, velocity, acceleration: NED (m, m/s, m/s²).
         attitude: unit quaternion.
         rates: body rates p, q, r (rad/s).
+        gps: where the GPS receiver has the vehicle; NED (m).
         resets: how often position and velocity jumped.
         test_ratios: of velocity and heading; from 1 on its sensors are refused.
     """
@@ -124,6 +125,7 @@ class Estimate:
     acceleration: Vec3
     attitude: Quaternion
     rates: Vec3
+    gps: Vec3
     resets: int = 0
     test_ratios: tuple[float, float] = (CONTENT, CONTENT)
 

@@ -77,6 +77,7 @@ class Control:
             acceleration=self.acceleration.copy(),
             attitude=e.attitude.copy(),
             rates=self.rates.copy(),
+            gps=e.gps.copy(),
             resets=int(e.resets[0]),
             test_ratios=(float(e.test_ratios[0]), float(e.test_ratios[1])),
         )

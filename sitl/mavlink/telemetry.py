@@ -39,6 +39,7 @@ class Report:
         quaternion: body to NED; w, x, y, z.
         euler: roll, pitch, yaw (rad), z-y'-x'' from NED.
         rates: body rates (rad/s).
+        gps: where the GPS receiver has the vehicle; NED (m).
         resets: of the estimate, so far.
         position_ok: whether the position is known.
     """
@@ -53,6 +54,7 @@ class Report:
     quaternion: tuple[float, float, float, float]
     euler: _Three
     rates: _Three
+    gps: _Three
     resets: int
     position_ok: bool
 
@@ -121,6 +123,7 @@ def report(firmware: Autopilot, flavour: Flavour, system_id: int, rotors: int, t
         quaternion=(w, x, y, z),
         euler=euler,
         rates=tuple(estimate.rates.tolist()),
+        gps=tuple(estimate.gps.tolist()),
         resets=estimate.resets,
         position_ok=firmware.position_ok,
     )
@@ -270,8 +273,9 @@ def global_position_int(state: Report) -> Message:
 
 
 def gps_raw_int(state: Report) -> Message:
-    """GPS_RAW_INT: a receiver with a good 3-D fix at the estimated place, or without any satellites."""
-    place, (north, east, _) = state.place, state.velocity
+    """GPS_RAW_INT: a receiver with a good 3-D fix where the vehicle truly is, or without any satellites."""
+    place = geodetic_from_ned(*state.gps, state.flavour.earth_radius_m)
+    north, east, _ = state.velocity
     has_fix = state.firmware.health.gps_ok
     return mavlink.MAVLink_gps_raw_int_message(
         time_usec=state.time_us,
@@ -284,6 +288,8 @@ def gps_raw_int(state: Report) -> Message:
         vel=_limited(math.hypot(north, east) * 1e2, _UINT16),
         cog=_limited(math.degrees(math.atan2(east, north)) % 360.0 * 1e2, _UINT16) % 36000,
         satellites_visible=12 if has_fix else 0,
+        h_acc=900,
+        v_acc=1780,
     )
 
 

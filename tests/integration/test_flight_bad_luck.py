@@ -54,9 +54,9 @@ def test_telemetry_that_stops_ends_in_a_hold(lost: type[Message]) -> None:
     link = TamperedLink()
     pilot, _, error = fly_with(link, lambda link, _: setattr(link, "incoming", without(lost)))
     assert isinstance(error, TrackingError)
-    assert str(error).startswith("no telemetry for 0.5 s")
+    assert str(error).startswith("no new position for 0.5 s")
     assert_held(link, pilot)
-    assert any("no telemetry" in text for _, text in pilot.recorder.recording(PROVENANCE).events)
+    assert any("no new position" in text for _, text in pilot.recorder.recording(PROVENANCE).events)
 
 
 def test_numbers_that_are_none_are_dropped_and_then_missed() -> None:

@@ -21,6 +21,7 @@ from companion.learning.online_settings import DEFAULT
 from companion.link.dialect import Message, mavlink
 from companion.state import VehicleState
 from companion.trajectory import Trajectory
+from sitl.faults.kinds import EstimatorDrift
 
 BATTERY = mavlink.MAVLink_sys_status_message
 GPS = mavlink.MAVLink_gps_raw_int_message
@@ -37,6 +38,11 @@ def telling(kind: type[Message], **fields: float) -> Callable[[TamperedLink, Pil
         return message  # type: ignore[no-any-return]
 
     return lambda link, pilot: setattr(link, "incoming", told)
+
+
+def drift(link: TamperedLink, east_m_s: float) -> None:
+    """From now on, the estimated position runs away."""
+    link.simulated.simulation.faults.inject(EstimatorDrift(east_m_s=east_m_s))
 
 
 def jump(seconds: float) -> None:
@@ -80,6 +86,7 @@ def test_each_action_is_taken(action: Action, mode: str, last: str) -> None:
     [
         (telling(BATTERY, battery_remaining=4), "battery_used", True),
         (telling(GPS, fix_type=1), "gps_lost_s", True),
+        (lambda link, _: drift(link, 0.8), "gps_apart_m", True),
         (telling(ESTIMATOR, flags=0), "estimator", False),
         (telling(ESTIMATOR, pos_horiz_ratio=1.5), "estimator", False),
         (lambda *_: jump(0.95), "lateness_s", False),
@@ -94,6 +101,23 @@ def test_each_thing_that_is_watched(
     assert f"watchdog {name}" in str(error)
     assert link.firmware.armed is not down
     assert down or link.mode == "HOLD"
+
+
+@pytest.mark.parametrize(
+    ("trouble", "name"),
+    [
+        (lambda link, _: drift(link, 0.8), "gps_apart_m"),
+        (telling(BATTERY, battery_remaining=4), "battery_used"),
+    ],
+)
+def test_a_climb_is_watched_too(trouble: Callable[[TamperedLink, Pilot], None], name: str) -> None:
+    link = TamperedLink()
+    plan = FlightPlan(straight(), takeoff_altitude_m=8.0)
+    pilot, _, error = fly_with(link, trouble, phase="taking off", after_s=2.0, plan=plan)
+    assert isinstance(error, WatchdogError)
+    assert f"watchdog {name}" in str(error)
+    assert "going to the start" not in pilot.announced
+    assert not link.firmware.armed
 
 
 def test_a_vehicle_that_follows_nothing_is_noticed_although_it_is_near() -> None:

@@ -73,7 +73,14 @@ class FakeFirmware:
     def estimate(self) -> Estimate:
         rates = np.array([0.1, 0.2, 0.3])
         return Estimate(
-            self.time_s, self.position, self.velocity, np.zeros(3), self.attitude, rates, self.resets
+            self.time_s,
+            self.position,
+            self.velocity,
+            np.zeros(3),
+            self.attitude,
+            rates,
+            self.position,
+            self.resets,
         )
 
     @property

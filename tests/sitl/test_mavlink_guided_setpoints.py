@@ -15,7 +15,13 @@ VALUES = tuple(float(value) for value in range(1, 12))
 LOCAL, OFFSET = mavlink.MAV_FRAME_LOCAL_NED, mavlink.MAV_FRAME_LOCAL_OFFSET_NED
 BODY, BODY_OFFSET = mavlink.MAV_FRAME_BODY_NED, mavlink.MAV_FRAME_BODY_OFFSET_NED
 FACING_EAST = Estimate(
-    0.0, np.array([10.0, 20.0, -5.0]), np.zeros(3), np.zeros(3), quaternion.from_yaw(math.pi / 2), np.zeros(3)
+    0.0,
+    np.array([10.0, 20.0, -5.0]),
+    np.zeros(3),
+    np.zeros(3),
+    quaternion.from_yaw(math.pi / 2),
+    np.zeros(3),
+    np.zeros(3),
 )
 OFF = math.nan
 P, V, A, NONE, STILL = [1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0], [OFF] * 3, [0.0] * 3

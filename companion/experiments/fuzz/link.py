@@ -46,7 +46,14 @@ _MOST_CUTS = 8
 _ALTITUDE_M = 3.0
 _SPOKEN = (
     *("heartbeat", "attitude", "local_position_ned", "timesync", "ping", "statustext", "sys_status"),
-    *("extended_sys_state", "gps_raw_int", "home_position", "gps_global_origin", "estimator_status"),
+    *(
+        "extended_sys_state",
+        "gps_raw_int",
+        "global_position_int",
+        "home_position",
+        "gps_global_origin",
+        "estimator_status",
+    ),
     *("ekf_status_report", "battery_status", "current_mode", "command_long", "command_int", "command_ack"),
     *(
         "param_value",

@@ -53,8 +53,8 @@ async def test_the_attitude_nearest_in_time_is_taken_and_none_that_is_far() -> N
         vehicle.say(attitude(1020, roll=2.0))
         vehicle.say(attitude(1010, roll=3.0))
         vehicle.say(position(1012))
-        vehicle.say(position(1119))
-        vehicle.say(position(1121))
+        vehicle.say(position(1119, 1.01))
+        vehicle.say(position(1121, 1.02))
         await asyncio.sleep(0.01)
         assert [state.attitude[0] for state in states] == [3.0, 2.0]
 
@@ -75,6 +75,23 @@ async def test_what_comes_late_or_twice_is_dropped() -> None:
 
 
 @in_virtual_time
+async def test_a_position_that_stands_still_at_speed_is_no_news() -> None:
+    vehicle = FakeVehicle()
+    async with connect_over(vehicle.open) as connection:
+        telemetry = Telemetry(connection)
+        came: list[float] = []
+        telemetry.subscribe(lambda state: came.append(float(state.position[0])))
+        vehicle.say(attitude(1000))
+        for time_ms, x in ((1000, 1.0), (1010, 1.0), (1020, 1.0), (1030, 1.1)):
+            vehicle.say(position(time_ms, x))
+        at_rest = mavlink.MAVLink_local_position_ned_message(1040, 1.1, 2.0, -3.0, 0.01, 0.0, 0.0)
+        vehicle.say(at_rest)
+        await asyncio.sleep(0.01)
+        assert came == pytest.approx([1.0, 1.1, 1.1])
+        assert telemetry.repeated == 2
+
+
+@in_virtual_time
 async def test_states_go_on_after_a_reboot() -> None:
     vehicle = FakeVehicle()
     async with connect_over(vehicle.open) as connection:
@@ -82,7 +99,7 @@ async def test_states_go_on_after_a_reboot() -> None:
         Telemetry(connection).subscribe(lambda state: times.append(state.time_s))
         for time_ms in (60_000, 60_010, 50, 60):
             vehicle.say(attitude(time_ms))
-            vehicle.say(position(time_ms))
+            vehicle.say(position(time_ms, 1e-3 * time_ms))
             await asyncio.sleep(0.01)
         assert len(times) == 4
         assert times == sorted(set(times))
