@@ -7,7 +7,14 @@ import pytest
 
 from companion.arrays import Vec3s
 from companion.errors import TakenError, TrackingError
-from companion.experiments.faults.catalogue import catalogue, criterion, kinds_among, of_companion, of_vehicle
+from companion.experiments.faults.catalogue import (
+    catalogue,
+    criterion,
+    held_wind_m_s,
+    kinds_among,
+    of_companion,
+    of_vehicle,
+)
 from companion.experiments.faults.flight import Course, FaultFlight, KilledError, Phase
 from companion.experiments.faults.sabotage import Sabotage
 from companion.experiments.faults.table import figures, lines, markdown
@@ -168,6 +175,23 @@ def test_the_criterion_is_there_before_the_flight(fault: str, survivable: bool) 
     assert written.text
 
 
+@pytest.mark.parametrize("name", ["bebop2", "arducopter_sitl", "px4_sih"])
+def test_held_against_the_wind_is_drag_as_large_as_the_lean_gives(name: str) -> None:
+    vehicle = load_vehicle(name)
+    wind_m_s = held_wind_m_s(vehicle)
+    rotors = len(vehicle.rotors.layout) * vehicle.rotor_drag_n_s2_per_m * vehicle.hover_speed_rad_s
+    linear, quadratic = vehicle.body_drag.linear_n_s_per_m[0], vehicle.body_drag.quadratic_n_s2_per_m2[0]
+    drag_n = (linear + rotors + quadratic * wind_m_s) * wind_m_s
+    lean = math.radians(30.0 if name == "arducopter_sitl" else 45.0)
+    assert drag_n == pytest.approx(vehicle.mass_kg * 9.80665 * math.tan(lean))
+
+
+def test_what_leans_less_bears_less_wind() -> None:
+    gust = of_vehicle("gust:north_m_s=6,east_m_s=8")
+    assert criterion(gust, load_vehicle("bebop2")).survivable
+    assert not criterion(gust, load_vehicle("arducopter_sitl")).survivable
+
+
 def test_whatever_fails_in_the_companion_must_be_survived() -> None:
     vehicle = load_vehicle("bebop2")
     assert all(criterion(of_companion(what, 1.0), vehicle).survivable for what in Sabotage)
@@ -197,5 +221,5 @@ def test_each_vehicle_has_its_own_lines_and_criteria() -> None:
     weak = other.model_copy(update={"criterion": "never", "survivable": False})
     assert [line.vehicle for line in lines([row, other])] == ["bebop2", "arducopter_sitl"]
     page = markdown([row, other])
-    assert "| `gust:north_m_s=5` | bebop2, arducopter_sitl | yes | up to 12 m/s |" in page
+    assert "| `gust:north_m_s=5` | bebop2, arducopter_sitl | yes | up to 12.0 m/s: its largest lean" in page
     assert "| `gust:north_m_s=5` | arducopter_sitl | no | never |" in markdown([row, weak])
