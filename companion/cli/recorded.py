@@ -28,6 +28,7 @@ from companion.link.presence import LinkChange
 from companion.link.status_text import StatusText
 from companion.recording import Provenance
 from companion.recording.flight_log import flight_log
+from companion.recording.topics import Level
 from companion.trajectory import Limits
 
 _PARAMETERS_WITHIN_S = 2.0
@@ -73,7 +74,7 @@ async def recorded(
 
     def tell(text: str) -> None:
         announce(text)
-        recorder.event(clock.now(), text, "recording")
+        recorder.event(clock.now(), text, "recording", level=Level.WARNING)
 
     async with flight_log(path, provenance, tell) as log:
         recorder = Recorder(log, log.epoch_s)
@@ -160,8 +161,20 @@ def _record_link(connection: Connection, recorder: Recorder) -> None:
         recorder.parameter(clock.now(), message.param_id, value)
 
     def status_text(line: StatusText) -> None:
-        recorder.event(line.received_s, f"vehicle: {line.text}", "vehicle", {"severity": line.severity})
+        told = {"severity": line.severity}
+        recorder.event(line.received_s, f"vehicle: {line.text}", "vehicle", told, level_of(line.severity))
+
+    def link(change: LinkChange) -> None:
+        level = Level.WARNING if change.lost else Level.INFO
+        recorder.event(change.time_s, link_text(change), "link", level=level)
 
     connection.subscribe(mavlink.MAVLink_param_value_message, parameter)
     connection.status_texts.subscribe(status_text)
-    connection.presence.subscribe(lambda change: recorder.event(change.time_s, link_text(change), "link"))
+    connection.presence.subscribe(link)
+
+
+def level_of(severity: int) -> Level:
+    """Of a MAV_SEVERITY, in which less is graver."""
+    if severity <= mavlink.MAV_SEVERITY_ERROR:
+        return Level.ERROR
+    return Level.WARNING if severity == mavlink.MAV_SEVERITY_WARNING else Level.INFO

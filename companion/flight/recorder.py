@@ -17,7 +17,7 @@ from companion.recording import scene, topics
 from companion.recording.collected import Collected
 from companion.recording.series import Provenance, Recording, rows
 from companion.recording.sink import Sink
-from companion.recording.topics import Row
+from companion.recording.topics import Level, Row
 from companion.state import VehicleState
 
 _POSE_EVERY_S = 0.1
@@ -100,7 +100,12 @@ class Recorder:
             self._sink.add(topics.GUARD, time_s, fields | {"clips": "; ".join(guarded.clips)})
 
     def event(
-        self, time_s: float, text: str, kind: str = "flight", data: Mapping[str, Any] | None = None
+        self,
+        time_s: float,
+        text: str,
+        kind: str = "flight",
+        data: Mapping[str, Any] | None = None,
+        level: Level = Level.INFO,
     ) -> None:
         """Something happened that a reader of the log wants to know.
 
@@ -109,10 +114,11 @@ class Recorder:
             text: for people.
             kind: for programs, such as `guard`; events of one kind have the same `data`.
             data: what JSON can say.
+            level: how grave it is.
         """
         self.events.append((time_s, text))
         said = json.dumps(data) if data else ""
-        self._sink.add(topics.EVENTS, time_s, topics.event(self._unix_ns(time_s), text, kind, said))
+        self._sink.add(topics.EVENTS, time_s, topics.event(self._unix_ns(time_s), text, kind, said, level))
 
     def parameter(self, time_s: float, name: str, value: float) -> None:
         """The vehicle told a parameter."""

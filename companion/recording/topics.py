@@ -12,6 +12,7 @@ has the others).
 import dataclasses
 import math
 from collections.abc import Iterable, Mapping
+from enum import IntEnum
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -77,8 +78,13 @@ CONFIGURATION = "configuration"
 METADATA = (PROVENANCE, SEGMENTS, VERSIONS, TECHNIQUE, CONFIGURATION)
 """What is known once, each a set of names and values."""
 
-_INFO = 2
-"""`level` of a `foxglove.Log`."""
+
+class Level(IntEnum):
+    """How grave an event is: the `level` of a `foxglove.Log`."""
+
+    INFO = 2
+    WARNING = 3
+    ERROR = 4
 
 
 def row(topic: str, values: Row) -> Fields:
@@ -93,11 +99,11 @@ def row(topic: str, values: Row) -> Fields:
     return fields
 
 
-def event(unix_ns: int, text: str, kind: str = "", data: str = "") -> Fields:
+def event(unix_ns: int, text: str, kind: str = "", data: str = "", level: Level = Level.INFO) -> Fields:
     """An event as a `foxglove.Log`; `kind` is for programs, `data` is JSON."""
     return {
         "timestamp": scene.timestamp(unix_ns),
-        "level": _INFO,
+        "level": level,
         "name": kind,
         "message": text,
         "data": data,

@@ -7,8 +7,9 @@ from command_line import Run
 
 from companion.autopilot.flown_parameters import FLOWN_BY
 from companion.cli import recorded
+from companion.link.dialect import mavlink
 from companion.recording.mcap_reader import Item, Message, Metadata, read_items
-from companion.recording.topics import PARAMETERS
+from companion.recording.topics import PARAMETERS, Level
 
 
 @pytest.fixture
@@ -69,3 +70,17 @@ def test_a_recording_has_the_whole_configuration(companion: Run, line: Path) -> 
     assert told["guard"]["watchdogs"]["state_age_s"]["action"] == "hold"
     assert told["limits"]["down_m_s"] == pytest.approx(1.2)
     assert (told["yaw"], told["after"], told["resume"]) == ("path", "land", False)
+
+
+@pytest.mark.parametrize(
+    ("severity", "level"),
+    [
+        (mavlink.MAV_SEVERITY_EMERGENCY, Level.ERROR),
+        (mavlink.MAV_SEVERITY_ERROR, Level.ERROR),
+        (mavlink.MAV_SEVERITY_WARNING, Level.WARNING),
+        (mavlink.MAV_SEVERITY_NOTICE, Level.INFO),
+        (mavlink.MAV_SEVERITY_DEBUG, Level.INFO),
+    ],
+)
+def test_what_the_vehicle_says_is_as_grave_in_a_viewer(severity: int, level: Level) -> None:
+    assert recorded.level_of(severity) is level
