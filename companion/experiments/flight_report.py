@@ -89,14 +89,15 @@ def _html_row(logged: LoggedFlight) -> str:
 
 
 def _flight_section(logged: LoggedFlight, picture: str | None) -> str:
-    about, name = logged.recording.provenance, escape(logged.path.name)
-    facts = {key: value for key, value in about.model_dump(mode="json").items() if value not in (None, "")}
+    recording, name = logged.recording, escape(logged.path.name)
+    told = recording.provenance.model_dump(mode="json") | dict(recording.made_by)
+    facts = {key: value for key, value in told.items() if value not in (None, "")}
     listed = "".join(f"<dt>{escape(key)}</dt><dd>{escape(str(value))}</dd>" for key, value in facts.items())
     figure = (
         f'<figure><img src="{picture}" alt="{name}: reference and correction"></figure>' if picture else ""
     )
     start_s = logged.flight.time_s[0]
-    events = logged.recording.events
+    events = recording.events
     left_out = f"\n… and {len(events) - _MOST_EVENTS} more" if len(events) > _MOST_EVENTS else ""
     said = "\n".join(f"{time_s - start_s:8.2f} s  {text}" for time_s, text in events[:_MOST_EVENTS])
     return f"""<section>

@@ -18,6 +18,7 @@ from companion.recording.series import (
 )
 from companion.recording.topics import (
     COLUMNS,
+    CONFIGURATION,
     EVENTS,
     PROVENANCE,
     REFERENCE,
@@ -25,6 +26,7 @@ from companion.recording.topics import (
     SERIES,
     STATE,
     TRACKING,
+    VERSIONS,
     Fields,
 )
 
@@ -40,6 +42,7 @@ class Collected:
     Attributes:
         provenance: what the recording is of, where it said so.
         segments, hover: the parts that have a name.
+        made_by: the command and the versions, by name.
         events: what happened, in words.
 
     Raises:
@@ -50,6 +53,7 @@ class Collected:
         self.provenance: Provenance | None = None
         self.segments: tuple[Segment, ...] = ()
         self.hover: Window | None = None
+        self.made_by: dict[str, str] = {}
         self.events: list[tuple[float, str]] = []
         self._times = {topic: array("d") for topic in SERIES}
         self._numbers = {topic: array("d") for topic in SERIES}
@@ -68,12 +72,16 @@ class Collected:
         self._times[topic].append(time_s)
 
     def add_metadata(self, name: str, values: dict[str, Any]) -> None:
-        """Take in provenance and segments."""
+        """Take in provenance and segments, the command and the versions."""
         if name == PROVENANCE:
             self.provenance = Provenance.model_validate(values)
         elif name == SEGMENTS:
             self.segments = SEGMENT_LIST.validate_python(values["segments"])
             self.hover = HOVER.validate_python(values["hover"])
+        elif name == VERSIONS:
+            self.made_by |= {key: str(value) for key, value in values.items()}
+        elif name == CONFIGURATION:
+            self.made_by["command"] = str(values.get("command", ""))
 
     def attach(self, name: str, data: bytes) -> None:
         """No series needs it."""
@@ -94,6 +102,7 @@ class Collected:
             events=tuple(self.events),
             segments=self.segments,
             hover=self.hover,
+            made_by=self.made_by,
         )
 
     def _series(self, topic: str, kind: type[Series]) -> Series:

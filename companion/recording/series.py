@@ -5,6 +5,7 @@ is how they exist on a real vehicle. Everything is NED, metres, seconds, radians
 """
 
 import hashlib
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import TypeAlias, TypeVar
 
@@ -95,7 +96,8 @@ class Recording:
 
     `events` are (time_s, text) pairs: the flight's states, STATUSTEXTs, what the guard did. `segments` are
     what was flown, in the order of time; `hover` is where the vehicle held one setpoint, and had settled.
-    What was read from a file that was cut short is not `whole`.
+    `made_by` is what else was told of it: the command, and the versions, by name. What was read from a file
+    that was cut short is not `whole`.
     """
 
     provenance: Provenance
@@ -105,6 +107,7 @@ class Recording:
     events: tuple[tuple[float, str], ...] = field(default=())
     segments: tuple[Segment, ...] = ()
     hover: Window | None = None
+    made_by: Mapping[str, str] = field(default_factory=dict)
     whole: bool = True
 
 

@@ -55,6 +55,8 @@ def test_flights_are_shown_from_their_logs(companion: Run, flown: Path, tmp_path
         assert file.name in page
     assert len(list((tmp_path / "page").glob("*.png"))) == 4
     assert "tracking line for" in page
+    assert f"companion fly {flown.with_name('line.csv')} " in page
+    assert "<dt>firmware</dt><dd>1.16.0</dd>" in page
     assert "cut.mcap was cut short" in page
     assert "gp (flight)" in ran.out
 
