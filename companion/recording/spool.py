@@ -25,6 +25,7 @@ class Spool:
         self._file = file
         self._most_waiting = most_waiting
         self._waiting: deque[bytes] = deque()
+        self._block = b""
         self._taken = self._written = 0
         self._writing = threading.Lock()
 
@@ -54,15 +55,12 @@ class Spool:
             OSError: it cannot be written now, and what was not written waits on; or it was removed meanwhile.
         """
         with self._writing:
-            while self._waiting:
-                data = self._waiting[0]
-                count = self._file.write(data) or 0
+            while self._block or self._waiting:
+                if not self._block:  # the other thread appends only
+                    self._block = b"".join([self._waiting.popleft() for _ in range(len(self._waiting))])
+                count = self._file.write(self._block) or 0
                 self._written += count
-                # The other thread appends only.
-                if count < len(data):
-                    self._waiting[0] = data[count:]
-                else:
-                    self._waiting.popleft()
+                self._block = self._block[count:]
             os.fsync(self._file.fileno())
             if not os.fstat(self._file.fileno()).st_nlink:
                 raise OSError(errno.ENOENT, "the file was removed")

@@ -2,6 +2,7 @@
 
 import io
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -48,6 +49,23 @@ def test_it_is_full_until_the_disk_has_taken_something(tmp_path: Path) -> None:
             full.append(spool.full)
         spool.drain()
         assert [*full, spool.full] == [False, True, False]
+
+
+def test_what_waits_is_written_at_once(tmp_path: Path) -> None:
+    """A frame of the link at a time would take a slow disk for ever."""
+    blocks: list[bytes] = []
+
+    class Counting(SmallDisk):
+        def write(self, data: Any, /) -> int:
+            blocks.append(bytes(data))
+            return super().write(data)
+
+    spool = Spool(Counting(tmp_path / "spool", room=100))
+    for data in (b"frame", b"after", b"frame"):
+        spool.write(data)
+    spool.drain()
+    spool.close()
+    assert blocks == [b"frameafterframe"]
 
 
 @pytest.mark.skipif(not Path("/dev/full").is_char_device(), reason="no /dev/full here")
