@@ -36,6 +36,7 @@ class FlightModes:
         self._name = name
         self._following = following
         self._engaged = False
+        self._overruled = False
         self._taken = asyncio.Event()
         self._taken_by = ""
         for report in (mavlink.MAVLink_heartbeat_message, mavlink.MAVLink_current_mode_message):
@@ -50,6 +51,11 @@ class FlightModes:
     def engaged(self) -> bool:
         """Whether the vehicle follows our setpoints, in the mode for that because we asked for it."""
         return self._engaged
+
+    @property
+    def overruled(self) -> bool:
+        """Whether PX4 says that a failsafe has it in another mode than was chosen last."""
+        return self._overruled
 
     @property
     def taken(self) -> bool:
@@ -133,6 +139,8 @@ class FlightModes:
         return self._telemetry.status.custom_mode in modes
 
     def _watch(self, report: Message) -> None:
+        if isinstance(report, mavlink.MAVLink_current_mode_message):
+            self._overruled = report.intended_custom_mode not in (0, report.custom_mode)
         if self._engaged and not self._is_in((self._following,)):
             self._engaged = False
             self._taken_by = self.now

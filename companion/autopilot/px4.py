@@ -121,18 +121,20 @@ class Px4:
 
         own = (_TAKEOFF, _HOLD)
         await steps.until_climbed(start.position, altitude_m, self._telemetry, self._modes, own, finished)
-        await self._require_height(start.position, altitude_m)
-
-    async def _require_height(self, start: Vec3, altitude_m: float) -> None:
-        """A hold farther below the altitude than PX4's own is somebody else's, or a failsafe's."""
-        state = self._telemetry.state or await self._telemetry.next_state()
-        short_m = altitude_m - float(start[2] - state.position[2]) - _TOLERANCE_M
-        if short_m <= _ALTITUDE_RADIUS_M:
-            return
-        if short_m > await steps.parameter_or(self._connection, "NAV_MC_ALT_RAD", _ALTITUDE_RADIUS_M):
+        if await self._is_held_by_another(start.position, altitude_m):
             raise TakenError(
                 f"the vehicle went to {self.mode} unasked, in its climb: it was left to whoever did that"
             )
+
+    async def _is_held_by_another(self, start: Vec3, altitude_m: float) -> bool:
+        """Whether the climb ended in a hold of a failsafe, or farther below the altitude than PX4's own."""
+        if self._modes.overruled:
+            return True
+        state = self._telemetry.state or await self._telemetry.next_state()
+        short_m = altitude_m - float(start[2] - state.position[2]) - _TOLERANCE_M
+        return short_m > _ALTITUDE_RADIUS_M and short_m > await steps.parameter_or(
+            self._connection, "NAV_MC_ALT_RAD", _ALTITUDE_RADIUS_M
+        )
 
     async def engage(self) -> None:
         """Switch to OFFBOARD, once the setpoints stream."""

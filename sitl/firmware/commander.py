@@ -74,6 +74,11 @@ class Commander(ABC, Generic[P]):
         return self._mode
 
     @property
+    def intended_mode(self) -> Mode:
+        """The same, but for an autopilot that tells them apart."""
+        return self._mode
+
+    @property
     def armed(self) -> bool:
         """Whether the rotors may turn."""
         return self._armed

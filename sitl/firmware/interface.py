@@ -186,6 +186,11 @@ class Autopilot(Protocol):
         ...
 
     @property
+    def intended_mode(self) -> Mode:
+        """The mode that was chosen last, or that follows from that one, whatever a failsafe made of it."""
+        ...
+
+    @property
     def armed(self) -> bool:
         """Whether the rotors may turn."""
         ...

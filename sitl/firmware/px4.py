@@ -10,15 +10,7 @@ from sitl.battery import Pack
 from sitl.estimator import STEPS_PER_S, Estimator
 from sitl.firmware import px4_checks as checks
 from sitl.firmware.commander import Commander
-from sitl.firmware.interface import (
-    AttitudeTarget,
-    Estimate,
-    Landed,
-    Mode,
-    Result,
-    Setpoint,
-    Severity,
-)
+from sitl.firmware.interface import AttitudeTarget, Estimate, Landed, Mode, Result, Setpoint, Severity
 from sitl.firmware.px4_control import Control
 from sitl.firmware.px4_failsafes import OFFBOARD_LOST, Action, BatteryWatch, Stop
 from sitl.firmware.px4_guidance import Guidance
@@ -53,6 +45,7 @@ class Px4(Commander[Px4Parameters]):
         self._armed_s = 0.0
         self._link_failsafe = False
         self._battery_watch = BatteryWatch()
+        self._intended_mode = self._mode
 
     # What it reports
 
@@ -81,6 +74,11 @@ class Px4(Commander[Px4Parameters]):
         if self._mode is Mode.TAKEOFF or self._control.takeoff.phase is TakeoffPhase.RAMPUP:
             return Landed.TAKING_OFF
         return Landed.IN_AIR
+
+    @property
+    def intended_mode(self) -> Mode:
+        """The mode that was chosen last (nav_state_user_intention)."""
+        return self._intended_mode
 
     @property
     def on_ground(self) -> bool:
@@ -150,7 +148,7 @@ class Px4(Commander[Px4Parameters]):
         if reason is not None:
             self._say(Severity.CRITICAL, f"Switching to mode {mode.name} denied: {reason}")
             return Result.TEMPORARILY_REJECTED
-        self._choose()
+        self._choose(mode)
         if mode is not self._mode:
             self._enter(mode)
         return Result.ACCEPTED
@@ -187,7 +185,7 @@ class Px4(Commander[Px4Parameters]):
         if climb < 0.0:
             self._say(Severity.CRITICAL, "Already higher than takeoff altitude")
             climb = 0.0
-        self._choose()
+        self._choose(Mode.TAKEOFF)
         self._mode = Mode.TAKEOFF
         self._guidance.follow([self._estimator.position - np.array((0.0, 0.0, climb))])
         return Result.ACCEPTED
@@ -197,7 +195,7 @@ class Px4(Commander[Px4Parameters]):
         if self.on_ground:
             self._say(Severity.CRITICAL, "Reposition denied: not flying")
             return Result.TEMPORARILY_REJECTED
-        self._choose()
+        self._choose(Mode.HOLD)
         self._enter(Mode.HOLD)
         target = np.where(np.isfinite(position), position, self._guidance.target)
         self._guidance.follow([target], yaw=yaw)
@@ -212,7 +210,7 @@ class Px4(Commander[Px4Parameters]):
     def begin_in_flight(self) -> None:
         """Fly already, armed, in OFFBOARD; the estimate says where."""
         self._armed = self._auto_disarm.has_flown = True
-        self._mode = Mode.OFFBOARD
+        self._mode = self._intended_mode = Mode.OFFBOARD
         self._control.begin_in_flight()
         self._land_detector.landed = False
         self._navigator.begin_flight()
@@ -287,7 +285,7 @@ class Px4(Commander[Px4Parameters]):
         if self.on_ground:
             self._disarm_when_idle()
         elif self._mode is Mode.TAKEOFF and self._guidance.at_height:
-            self._mode = Mode.HOLD
+            self._mode = self._intended_mode = Mode.HOLD
 
     def _disarm_when_idle(self) -> None:
         if self._control.takeoff.phase is TakeoffPhase.RAMPUP:
@@ -300,6 +298,7 @@ class Px4(Commander[Px4Parameters]):
         self._offboard_interrupted = self._link_failsafe = False
         self._say(Severity.INFO, text)
         if self._mode not in checks.MODES_TO_ARM_IN or self._mode is Mode.TAKEOFF:
+            self._intended_mode = Mode.HOLD
             self._enter(Mode.HOLD)
 
     def _watch_position(self) -> None:
@@ -327,7 +326,7 @@ class Px4(Commander[Px4Parameters]):
         piloted = may_be_piloted(p) and self._pilot.flies(time_s)
         moved = piloted and self._pilot.sticks.largest > 0.01 * p.COM_RC_STICK_OV
         if moved and self._mode not in (Mode.POSCTL, *checks.PILOTED) and may_override(p, self._mode):
-            self._choose()
+            self._choose(Mode.POSCTL)
             self._enter(Mode.POSCTL)
             self._say(Severity.INFO, "Pilot took over using sticks")
         elif self._was_piloted and not piloted:
@@ -356,8 +355,9 @@ class Px4(Commander[Px4Parameters]):
         else:
             self._enter(action)
 
-    def _choose(self) -> None:
+    def _choose(self, mode: Mode) -> None:
         """Somebody chooses a mode: no failsafe changes it back."""
+        self._intended_mode = mode
         self._offboard_interrupted = self._link_failsafe = False
         self._links.dismiss()
 

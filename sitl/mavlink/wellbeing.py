@@ -43,9 +43,11 @@ def system_time(state: Report) -> Message:
 
 
 def current_mode(state: Report) -> Message:
-    """CURRENT_MODE: the mode alone, at whatever rate a peer likes."""
-    number = state.flavour.custom_modes[state.firmware.mode]
-    message = MAVLink_current_mode_message(_NON_STANDARD_MODE, number, intended_custom_mode=number)
+    """CURRENT_MODE: the mode alone, at whatever rate a peer likes, and the one that somebody chose."""
+    modes, firmware = state.flavour.custom_modes, state.firmware
+    message = MAVLink_current_mode_message(
+        _NON_STANDARD_MODE, modes[firmware.mode], intended_custom_mode=modes[firmware.intended_mode]
+    )
     return cast(Message, message)  # pymavlink gives each dialect a base class of its own
 
 

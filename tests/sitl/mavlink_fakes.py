@@ -51,6 +51,7 @@ class FakeFirmware:
     """Does at once what it is asked for, and keeps what it was given."""
 
     mode: Mode = Mode.HOLD
+    intended_mode: Mode = Mode.HOLD
     armed: bool = False
     landed: Landed = Landed.ON_GROUND
     failsafe: bool = False

@@ -108,6 +108,16 @@ def test_px4_goes_on_without_a_pilot_where_it_may(parameters: dict[str, float]) 
     assert (sim.firmware.mode, sim.firmware.failsafe) == (Mode.HOLD, False)
 
 
+def test_px4_knows_a_mode_that_was_chosen_from_a_failsafes() -> None:
+    sim = in_hover()
+    assert (sim.firmware.mode, sim.firmware.intended_mode) == (Mode.HOLD, Mode.HOLD)
+    assert sim.firmware.takeoff(3.0) is Result.ACCEPTED
+    lose_pilot(sim, NAV_RCL_ACT=3, COM_FAIL_ACT_T=9.0)
+    assert (sim.firmware.mode, sim.firmware.intended_mode) == (Mode.HOLD, Mode.TAKEOFF)
+    assert sim.firmware.set_mode(Mode.HOLD) is Result.ACCEPTED
+    assert sim.firmware.intended_mode is Mode.HOLD
+
+
 def test_px4_does_not_miss_a_pilot_who_was_gone_before_it_was_armed() -> None:
     sim = simulation()
     lose_pilot(sim, NAV_RCL_ACT=3, COM_FAIL_ACT_T=0.0)

@@ -14,6 +14,7 @@ from companion.errors import FlightError, LinkError, NoReplyError, RefusedError,
 from companion.link.dialect import mavlink
 
 ARM = mavlink.MAV_CMD_COMPONENT_ARM_DISARM
+TAKEOFF = 4 << 16 | 2 << 24
 SET_MODE = mavlink.MAV_CMD_DO_SET_MODE
 
 
@@ -100,6 +101,29 @@ def test_a_hold_far_below_the_altitude_is_somebodys(
         else:
             await px4.takeoff(2.5)
         assert vehicle.altitude_m == climbed_m
+
+    scenario()
+
+
+@pytest.mark.parametrize(("intended", "taken"), [(TAKEOFF, True), (LOITER, False), (0, False)])
+def test_a_hold_that_nobody_chose_is_a_failsafes(intended: int, taken: bool) -> None:
+    @with_px4
+    async def scenario(vehicle: FakePx4, px4: Px4) -> None:
+        def stop() -> list[Any]:
+            vehicle.altitude_m, vehicle.mode = 2.1, LOITER
+            return [
+                mavlink.MAVLink_current_mode_message(0, LOITER, intended),
+                accepted(mavlink.MAV_CMD_NAV_TAKEOFF),
+            ]
+
+        vehicle.answers[mavlink.MAV_CMD_NAV_TAKEOFF] = stop
+        await px4.arm()
+        if taken:
+            with pytest.raises(TakenError, match=r"went to AUTO\.LOITER unasked, in its climb"):
+                await px4.takeoff(2.5)
+        else:
+            await px4.takeoff(2.5)
+        assert vehicle.mode == LOITER
 
     scenario()
 
