@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.table import Table
+from rich.table import Column, Table
 
 from companion.cli import options
 from companion.cli.flying import show
@@ -45,7 +45,7 @@ def report(
     show(console, *(f"left out: {error}" for error in unread))
     cut = [each.path for each in logged if not each.recording.whole]
     show(console, *(f"{path} was cut short: what is left of it is shown" for path in cut))
-    table = Table(*COLUMNS, box=SIMPLE_HEAD)
+    table = Table(*(Column(name, overflow="fold") for name in COLUMNS), box=SIMPLE_HEAD)
     for each in logged:
         table.add_row(*table_row(each))
     console.print(table)

@@ -65,7 +65,7 @@ def read_mcap(path: Path) -> Recording:
             case _:
                 _collect(item, collected, path)
     if collected.provenance is None:
-        raise InputError(f"{path}: no recording of Impromptu: an MCAP file with its provenance was expected")
+        raise InputError(f"{path}: no recording of Impromptu, or cut off before anything was in it")
     if not whole:
         collected.events.append((collected.last_s, f"the recording ends here: {path.name} was cut short"))
     return dataclasses.replace(collected.recording(collected.provenance), whole=whole)

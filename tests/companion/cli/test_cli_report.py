@@ -83,6 +83,16 @@ def test_the_raw_link_is_a_telemetry_log(flown: Path) -> None:
     np.testing.assert_allclose(again.references.position, recording.references.position, atol=1e-5)
 
 
+def test_flights_are_told_apart_on_a_narrow_terminal(companion: Run, flown: Path, tmp_path: Path) -> None:
+    names = [f"20260501T123456Z-line-gp-{number}" for number in (1, 2)]
+    paths = [flown.with_name(f"{name}.mcap") for name in names]
+    for path in paths:
+        path.write_bytes(flown.read_bytes())
+    ran = companion("report", *paths, "--output", tmp_path / "page")
+    assert ran.status == 0, ran.err
+    assert "…" not in ran.out
+
+
 def test_a_log_of_another_program_is_shown_by_what_was_sent(companion: Run, tmp_path: Path) -> None:
     log = DATA / "px4_sih_excerpt.tlog.xz"
     ran = companion("report", log, "--output", tmp_path / "page")
