@@ -29,6 +29,7 @@ from companion.link.tasks import background_tasks
 from companion.link.telemetry import Telemetry
 from companion.recording.metrics import ErrorSum, TrackingAccuracy
 from companion.recording.series import Provenance
+from companion.recording.topics import Level
 from companion.state import VehicleState
 from companion.trajectory.trajectory import Trajectory
 
@@ -95,11 +96,11 @@ async def fly(
         tracked = await flight.run()
         await flight.hand_back()
     except (TakenError, GapError) as left:
-        flight.recorder.event(clock.now(), str(left))
+        flight.recorder.event(clock.now(), str(left), level=Level.WARNING)
         flight.came(Event.TAKE if isinstance(left, TakenError) else Event.FAIL)
         raise
     except BaseException as trouble:
-        flight.recorder.event(clock.now(), str(trouble) or "stopped")
+        flight.recorder.event(clock.now(), str(trouble) or "stopped", level=Level.ERROR)
         await flight.leave(trouble)
         raise
     finally:

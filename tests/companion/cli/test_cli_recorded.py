@@ -9,7 +9,7 @@ from companion.autopilot.flown_parameters import FLOWN_BY
 from companion.cli import recorded
 from companion.link.dialect import mavlink
 from companion.recording.mcap_reader import Item, Message, Metadata, read_items
-from companion.recording.topics import PARAMETERS, Level
+from companion.recording.topics import EVENTS, PARAMETERS, Level
 
 
 @pytest.fixture
@@ -84,3 +84,11 @@ def test_a_recording_has_the_whole_configuration(companion: Run, line: Path) -> 
 )
 def test_what_the_vehicle_says_is_as_grave_in_a_viewer(severity: int, level: Level) -> None:
     assert recorded.level_of(severity) is level
+
+
+def test_what_ended_a_flight_is_an_error_in_a_viewer(companion: Run, line: Path) -> None:
+    record = line.with_name("flight.mcap")
+    ran = companion("fly", line, "--connect", "sitl://bebop2?fault=gps_lost:at_s=10", "--record", record)
+    assert ran.status == 1
+    said = [item.fields for item in read_items(record) if isinstance(item, Message) and item.topic == EVENTS]
+    assert [each["message"][:10] for each in said if each["level"] == Level.ERROR] == ["no GPS fix"]
