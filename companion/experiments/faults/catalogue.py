@@ -15,7 +15,9 @@ STRONGEST_GUST_M_S = 12.0
 WIND_MARGIN = 0.8
 """A gust is survived up to this share of the wind that the vehicle holds against: there is wind besides."""
 WIDEST_COMPASS_ERROR_DEG = 60.0
-FASTEST_DRIFT_M_S = 0.5
+FENCE_MARGIN_M = 5.0
+NOTICED_WITHIN_S, HIGHEST_M = 4.5, 3.5
+"""From a drift's beginning to the order to land, and from where that leads down."""
 LARGEST_JUMP_M = 4.0
 
 
@@ -166,8 +168,9 @@ def criterion(failure: Failure, vehicle: Vehicle) -> Criterion:
             return Criterion(text, size <= LARGEST_JUMP_M)
         case kinds.EstimatorDrift(north_m_s=north, east_m_s=east, down_m_s=down):
             speed = (north**2 + east**2 + down**2) ** 0.5
-            text = f"up to {FASTEST_DRIFT_M_S:g} m/s: the fence's margin lasts until the vehicle is down"
-            return Criterion(text, speed <= FASTEST_DRIFT_M_S)
+            most = FENCE_MARGIN_M / (NOTICED_WITHIN_S + HIGHEST_M / landing_speed_m_s(vehicle))
+            text = f"up to {most:.2f} m/s: the fence's margin of 5 m lasts until the vehicle is down"
+            return Criterion(text, speed <= most)
         case kinds.BatteryCollapse():
             least = (vehicle.battery.empty_voltage_v / vehicle.battery.full_voltage_v) ** 2
             text = f"an empty battery's thrust ({least:.0%} of the full one) carries the weight"
@@ -175,6 +178,13 @@ def criterion(failure: Failure, vehicle: Vehicle) -> Criterion:
         case kinds.PilotMode() | kinds.PilotSticks():
             return Criterion("always: the pilot has the vehicle", survivable=True)
     return Criterion("always: rotors and attitude are sound", survivable=True)
+
+
+def landing_speed_m_s(vehicle: Vehicle) -> float:
+    """How fast the vehicle comes down near the ground (m/s)."""
+    if vehicle.firmware == "ardupilot":
+        return 0.01 * vehicle.ardupilot_parameters.LAND_SPEED
+    return vehicle.px4_parameters.MPC_LAND_SPEED
 
 
 def held_wind_m_s(vehicle: Vehicle) -> float:

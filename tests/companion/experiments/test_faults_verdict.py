@@ -186,6 +186,12 @@ def test_held_against_the_wind_is_drag_as_large_as_the_lean_gives(name: str) -> 
     assert drag_n == pytest.approx(vehicle.mass_kg * 9.80665 * math.tan(lean))
 
 
+def test_what_lands_slowly_bears_less_drift() -> None:
+    drift = of_vehicle("estimator_drift:east_m_s=0.5")
+    assert criterion(drift, load_vehicle("bebop2")).survivable
+    assert not criterion(drift, load_vehicle("arducopter_sitl")).survivable
+
+
 def test_what_leans_less_bears_less_wind() -> None:
     gust = of_vehicle("gust:north_m_s=6,east_m_s=8")
     assert criterion(gust, load_vehicle("bebop2")).survivable
