@@ -18,6 +18,7 @@ from companion.link.dialect import mavlink
 from companion.link.parameter import read_parameter
 from companion.link.status import Landed
 from companion.link.telemetry import Telemetry
+from companion.state import VehicleState
 
 _STREAM_FIRST_S = 0.2  # for the stream's first setpoints to arrive: PX4 refuses OFFBOARD without them
 _ENGAGE_ATTEMPTS = 3
@@ -130,11 +131,15 @@ class Px4:
         """Whether the climb ended in a hold of a failsafe, or farther below the altitude than PX4's own."""
         if self._modes.overruled:
             return True
-        state = self._telemetry.state or await self._telemetry.next_state()
-        short_m = altitude_m - float(start[2] - state.position[2]) - _TOLERANCE_M
-        return short_m > _ALTITUDE_RADIUS_M and short_m > await steps.parameter_or(
-            self._connection, "NAV_MC_ALT_RAD", _ALTITUDE_RADIUS_M
-        )
+
+        def short_m(state: VehicleState) -> float:
+            return altitude_m - float(start[2] - state.position[2]) - _TOLERANCE_M
+
+        newest = self._telemetry.state
+        if newest is not None and short_m(newest) <= _ALTITUDE_RADIUS_M:
+            return False
+        radius_m = await steps.parameter_or(self._connection, "NAV_MC_ALT_RAD", _ALTITUDE_RADIUS_M)
+        return short_m(await self._telemetry.next_state()) > radius_m
 
     async def engage(self) -> None:
         """Switch to OFFBOARD, once the setpoints stream."""

@@ -105,6 +105,18 @@ def test_a_hold_far_below_the_altitude_is_somebodys(
     scenario()
 
 
+@with_px4
+async def test_a_climb_whose_height_is_not_told_is_nobodys(vehicle: FakePx4, px4: Px4) -> None:
+    def fall_silent() -> list[Any]:
+        vehicle.altitude_m, vehicle.mode, vehicle.knows_where_it_is = 2.4, LOITER, False
+        return [accepted(mavlink.MAV_CMD_NAV_TAKEOFF)]
+
+    vehicle.answers[mavlink.MAV_CMD_NAV_TAKEOFF] = fall_silent
+    await px4.arm()
+    with pytest.raises(LinkError, match="no position"):
+        await px4.takeoff(2.5)
+
+
 @pytest.mark.parametrize(("intended", "taken"), [(TAKEOFF, True), (LOITER, False), (0, False)])
 def test_a_hold_that_nobody_chose_is_a_failsafes(intended: int, taken: bool) -> None:
     @with_px4
