@@ -91,9 +91,7 @@ def plot_over_time(flights: Sequence[Flight], path: Path) -> None:
         style = {"color": colour, "linewidth": 1.3, "label": flight.strategy}
         for axis, panel in enumerate(panels[:3]):
             panel.plot(time_s, flown[:, axis], **style)
-        panels[3].plot(
-            time_s, broken(flight, np.linalg.norm(flight.flown - flight.desired, axis=1)), **style
-        )
+        panels[3].plot(time_s, broken(flight, np.linalg.norm(flight.flown - flight.desired, axis=1)), **style)
     for panel in panels:
         clean(panel)
     panels[3].set_ylim(bottom=0.0)

@@ -73,7 +73,7 @@ class Watchdogs(BaseModel):
     """The largest of its innovation test ratios, or infinite where it lost a part of its estimate."""
     gps_lost_s: Watchdog = Watchdog(limit=2.0, action=Action.LAND)
     """Since there was a fix in three dimensions, on a vehicle that had one."""
-    gps_apart_m: Watchdog = Watchdog(limit=1.5, action=Action.LAND)
+    gps_apart_m: Watchdog = Watchdog(limit=1.2, action=Action.LAND)
     """From the estimate to where GPS has the vehicle; of a receiver that claims n metres, an nth of it."""
     temperature_c: Watchdog = Watchdog(limit=95.0, lasts_s=5.0, action=Action.LAND)
     """Of the companion's processor, where Linux tells it."""

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from companion.experiments.faults.sabotage import Sabotage
+from companion.flight.watchdogs import Watchdogs
 from sitl.faults import kinds
 from sitl.faults.reading import parse_fault
 from sitl.vehicle import GRAVITY_M_S2, Vehicle
@@ -16,8 +17,8 @@ WIND_MARGIN = 0.8
 """A gust is survived up to this share of the wind that the vehicle holds against: there is wind besides."""
 WIDEST_COMPASS_ERROR_DEG = 60.0
 FENCE_MARGIN_M = 5.0
-NOTICED_WITHIN_S, HIGHEST_M = 4.5, 3.5
-"""From a drift's beginning to the order to land, and from where that leads down."""
+NOTICED_AFTER_S, HIGHEST_M = 1.0, 3.5
+"""From where a drift is beyond the watchdog's limit to the order to land, and from where that leads down."""
 LARGEST_JUMP_M = 4.0
 
 
@@ -68,7 +69,8 @@ VEHICLE_FAULTS = (
     "estimator_jump:east_m=3.5",
     "estimator_jump:east_m=6",
     "estimator_drift:north_m_s=0.1",
-    "estimator_drift:east_m_s=0.5",
+    "estimator_drift:east_m_s=0.4",
+    "estimator_drift:east_m_s=0.8",
     "velocity_error:north_m_s=0.3",
     "velocity_error:north_m_s=1",
     "compass_error:error_deg=15",
@@ -168,7 +170,8 @@ def criterion(failure: Failure, vehicle: Vehicle) -> Criterion:
             return Criterion(text, size <= LARGEST_JUMP_M)
         case kinds.EstimatorDrift(north_m_s=north, east_m_s=east, down_m_s=down):
             speed = (north**2 + east**2 + down**2) ** 0.5
-            most = FENCE_MARGIN_M / (NOTICED_WITHIN_S + HIGHEST_M / landing_speed_m_s(vehicle))
+            lasts_s = NOTICED_AFTER_S + HIGHEST_M / landing_speed_m_s(vehicle)
+            most = (FENCE_MARGIN_M - Watchdogs().gps_apart_m.limit) / lasts_s
             text = f"up to {most:.2f} m/s: the fence's margin of 5 m lasts until the vehicle is down"
             return Criterion(text, speed <= most)
         case kinds.BatteryCollapse():
