@@ -237,7 +237,7 @@ def test_the_nose_points_along_the_path() -> None:
 @both
 def test_a_jump_of_the_estimate_is_no_step_for_the_vehicle(vehicle: str) -> None:
     link = TamperedLink(vehicle=vehicle)
-    jump = np.array([1.2, -0.8, 0.4])
+    jump = np.array([0.9, -0.6, 0.8])
     jumped_s: list[float] = []
 
     def trouble(link: TamperedLink, pilot: Pilot) -> None:
