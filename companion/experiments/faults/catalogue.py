@@ -17,9 +17,10 @@ WIND_MARGIN = 0.8
 """A gust is survived up to this share of the wind that the vehicle holds against: there is wind besides."""
 WIDEST_COMPASS_ERROR_DEG = 60.0
 FENCE_MARGIN_M = 5.0
-NOTICED_AFTER_S, HIGHEST_M = 1.0, 3.5
-"""From where a drift is beyond the watchdog's limit to the order to land, and from where that leads down."""
-LARGEST_JUMP_M = 4.0
+NOTICED_AFTER_S, HIGHEST_M = 2.5, 3.5
+"""From a drift beyond the watchdog's limit to a landing at full speed, and from where that leads down."""
+CRASH_M_S = 2.0
+"""A touch-down faster than this breaks something."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,10 +67,11 @@ VEHICLE_FAULTS = (
     "gps_lost:east_m_s2=0.2,lasts_s=3",
     "estimator_jump:north_m=1",
     "estimator_jump:north_m=1,announced=false",
+    "estimator_jump:east_m=2",
     "estimator_jump:east_m=3.5",
     "estimator_jump:east_m=6",
     "estimator_drift:north_m_s=0.1",
-    "estimator_drift:east_m_s=0.4",
+    "estimator_drift:east_m_s=0.3",
     "estimator_drift:east_m_s=0.8",
     "velocity_error:north_m_s=0.3",
     "velocity_error:north_m_s=1",
@@ -164,10 +166,9 @@ def criterion(failure: Failure, vehicle: Vehicle) -> Criterion:
             return Criterion(text, abs(error) <= WIDEST_COMPASS_ERROR_DEG)
         case kinds.EstimatorJump(north_m=north, east_m=east, down_m=down):
             size = (north**2 + east**2 + down**2) ** 0.5
-            text = (
-                f"up to {LARGEST_JUMP_M:g} m, which the fence's margin of 5 m bears: the vehicle follows it"
-            )
-            return Criterion(text, size <= LARGEST_JUMP_M)
+            most = CRASH_M_S / position_gain_1_s(vehicle)
+            text = f"up to {most:.1f} m: it follows at {CRASH_M_S:g} m/s at most, should the ground be near"
+            return Criterion(text, size <= most)
         case kinds.EstimatorDrift(north_m_s=north, east_m_s=east, down_m_s=down):
             speed = (north**2 + east**2 + down**2) ** 0.5
             lasts_s = NOTICED_AFTER_S + HIGHEST_M / landing_speed_m_s(vehicle)
@@ -181,6 +182,12 @@ def criterion(failure: Failure, vehicle: Vehicle) -> Criterion:
         case kinds.PilotMode() | kinds.PilotSticks():
             return Criterion("always: the pilot has the vehicle", survivable=True)
     return Criterion("always: rotors and attitude are sound", survivable=True)
+
+
+def position_gain_1_s(vehicle: Vehicle) -> float:
+    """How fast the vehicle goes sideways for each metre that it believes itself off (1/s)."""
+    ardupilot = vehicle.firmware == "ardupilot"
+    return vehicle.ardupilot_parameters.PSC_POSXY_P if ardupilot else vehicle.px4_parameters.MPC_XY_P
 
 
 def landing_speed_m_s(vehicle: Vehicle) -> float:

@@ -8,8 +8,9 @@ from typing import Any
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
+from companion.experiments.faults.catalogue import CRASH_M_S
 from companion.experiments.faults.flight import Phase
-from companion.experiments.faults.verdict import CRASH_M_S, FLY_AWAY_M, FaultRow
+from companion.experiments.faults.verdict import FLY_AWAY_M, FaultRow
 
 _KEYS = (
     "fault",

@@ -8,14 +8,12 @@ from pydantic import BaseModel, ConfigDict
 
 from companion.arrays import Array, Vec3s
 from companion.errors import TakenError
-from companion.experiments.faults.catalogue import criterion
+from companion.experiments.faults.catalogue import CRASH_M_S, criterion
 from companion.experiments.faults.flight import Course, FaultFlight, KilledError, Phase
 from companion.flight.watchdogs import Action, WatchdogError
 from sitl.firmware.interface import Mode
 from sitl.vehicle import load_vehicle
 
-CRASH_M_S = 2.0
-"""A touch-down faster than this breaks something."""
 FLY_AWAY_M = 10.0
 """Farther than this from where it should be, a vehicle has flown away."""
 _TOUCHED_M = 0.01
