@@ -1,6 +1,7 @@
 import asyncio
 import math
 from collections.abc import Callable, Coroutine
+from contextlib import nullcontext
 from typing import Any
 
 import numpy as np
@@ -80,6 +81,13 @@ async def test_a_takeoff_that_goes_nowhere_ends_in_time(vehicle: FakePx4, px4: P
         await px4.takeoff(2.5)
 
 
+async def take_off(px4: Px4, *, taken: bool) -> None:
+    """Climb; if `taken`, to be told that somebody else has the vehicle."""
+    told = pytest.raises(TakenError, match=r"went to AUTO\.LOITER unasked, in its climb")
+    with told if taken else nullcontext():
+        await px4.takeoff(2.5)
+
+
 @pytest.mark.parametrize(
     ("climbed_m", "radius_m", "taken"), [(2.0, None, False), (1.0, None, True), (1.0, 1.5, False)]
 )
@@ -95,11 +103,7 @@ def test_a_hold_far_below_the_altitude_is_somebodys(
         vehicle.parameters = {} if radius_m is None else {"NAV_MC_ALT_RAD": radius_m}
         vehicle.answers[mavlink.MAV_CMD_NAV_TAKEOFF] = stop
         await px4.arm()
-        if taken:
-            with pytest.raises(TakenError, match=r"went to AUTO\.LOITER unasked, in its climb"):
-                await px4.takeoff(2.5)
-        else:
-            await px4.takeoff(2.5)
+        await take_off(px4, taken=taken)
         assert vehicle.altitude_m == climbed_m
 
     scenario()
@@ -130,11 +134,7 @@ def test_a_hold_that_nobody_chose_is_a_failsafes(intended: int, taken: bool) -> 
 
         vehicle.answers[mavlink.MAV_CMD_NAV_TAKEOFF] = stop
         await px4.arm()
-        if taken:
-            with pytest.raises(TakenError, match=r"went to AUTO\.LOITER unasked, in its climb"):
-                await px4.takeoff(2.5)
-        else:
-            await px4.takeoff(2.5)
+        await take_off(px4, taken=taken)
         assert vehicle.mode == LOITER
 
     scenario()
