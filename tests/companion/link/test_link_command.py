@@ -84,13 +84,15 @@ async def test_a_lost_answer_is_made_up_for() -> None:
 @in_virtual_time
 async def test_answers_to_other_commands_and_other_peers_are_not_ours() -> None:
     vehicle = FakeVehicle()
-    vehicle.script[Command] = lambda message: [
-        ack(mavlink.MAV_RESULT_DENIED, command_id=mavlink.MAV_CMD_NAV_LAND),
-        ack(mavlink.MAV_RESULT_DENIED, target=(255, 190)),
-        ack(mavlink.MAV_RESULT_ACCEPTED),
+    not_ours = [
+        answer
+        for result in (mavlink.MAV_RESULT_DENIED, mavlink.MAV_RESULT_ACCEPTED)
+        for answer in (ack(result, mavlink.MAV_CMD_NAV_LAND), ack(result, target=(255, 190)))
     ]
+    vehicle.script[Command] = lambda message: [*not_ours, ack(0)] if message.confirmation == 1 else not_ours
     async with connect_over(vehicle.open) as connection:
         await command(connection, ARM, 1.0)
+        assert len(vehicle.heard_of(Command)) == 2
 
 
 @in_virtual_time

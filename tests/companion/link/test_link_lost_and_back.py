@@ -186,6 +186,7 @@ async def test_a_serial_cable_that_is_pulled_is_found_again(tmp_path: Path) -> N
         await asyncio.sleep(0.5)
         ends.append(plug())
         await opened_again_and_heard(connection, broken)
+        assert connection.system_id == 4
     speaking.cancel()
     pull(ends.pop())
 
@@ -218,6 +219,7 @@ async def test_a_vehicle_that_closes_its_udp_port_for_a_while_is_heard_again() -
         vehicle = plug(port)
         answering = asyncio.create_task(answer())
         await until(lambda: connection.presence.silence_s < 0.1)
+        assert not connection.lost
     answering.cancel()
     await asyncio.wait([answering])
     vehicle.close()

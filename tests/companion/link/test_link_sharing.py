@@ -206,22 +206,26 @@ async def test_a_ground_station_shares_an_udp_link(sockets: tuple[socket.socket,
     ports = [end.getsockname()[1] for end in sockets]
     beat = heartbeat().pack(encoder())
     order = command((1, 1), ARM, 1.0).pack(encoder(*GROUND))
+    our_end = loop.create_future()
 
     async def speak() -> None:
         _, companion = await loop.sock_recvfrom(vehicle, 2048)
+        our_end.set_result(companion)
         while True:
             vehicle.sendto(beat, companion)
             await asyncio.sleep(0.02)
+
+    async def sender_of(expected: bytes, end: socket.socket) -> Any:
+        data, sender = await loop.sock_recvfrom(end, 2048)
+        while data != expected:
+            data, sender = await loop.sock_recvfrom(end, 2048)
+        return sender
 
     speaking = asyncio.create_task(speak())
     async with (
         asyncio.timeout(20.0),
         connect(f"udpout://{HOST}:{ports[0]}", forward=[f"udpout://{HOST}:{ports[1]}"]),
     ):
-        data, companion = await loop.sock_recvfrom(ground, 2048)
-        while data != beat:
-            data, companion = await loop.sock_recvfrom(ground, 2048)
-        ground.sendto(order, companion)
-        while data != order:
-            data = await loop.sock_recv(vehicle, 2048)
+        ground.sendto(order, await sender_of(beat, ground))
+        assert await sender_of(order, vehicle) == await our_end
     speaking.cancel()
