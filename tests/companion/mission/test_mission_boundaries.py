@@ -80,6 +80,7 @@ def test_exclusion_areas_are_kept_out_of_even_between_waypoints() -> None:
 
 def test_no_fence_forbids_nothing() -> None:
     check_fence(Fence(), (0, 0, -10), (0, 400, -10))
+    assert areas_of(Fence(), SITE).beyond_m(np.array([0.0, 400.0])) <= 0.0
 
 
 @given(north=st.floats(-50.0, 50.0), east=st.floats(-50.0, 50.0))
