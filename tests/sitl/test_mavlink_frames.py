@@ -52,10 +52,10 @@ def test_a_frame_that_is_cut_off_is_nothing() -> None:
     assert all(names(encode(PING)[:length]) == [] for length in range(len(encode(PING))))
 
 
-@given(st.binary(max_size=600))
-def test_no_bytes_raise(datagram: bytes) -> None:
-    decode(datagram)
-    decode(b"\xfd" + datagram)
+@given(st.integers(0, 255), st.binary(max_size=300))
+def test_no_bytes_raise_or_hide_the_frame_behind_them(length: int, datagram: bytes) -> None:
+    for stray in (datagram, b"\xfd" + datagram, bytes([0xFD, length, 0]) + datagram):
+        assert names(stray + encode(PING)) == [*names(stray), "PING"]
 
 
 @given(st.integers(0, 60))
