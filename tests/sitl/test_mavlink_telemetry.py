@@ -168,7 +168,8 @@ def test_a_state_beyond_all_bounds_can_still_be_told(message_id: int, value: flo
     lost = FakeFirmware(
         position=np.full(3, value), velocity=np.full(3, value), battery=Battery(value, value, value)
     )
-    PX4.writers[message_id](report(lost, PX4, 1, 4, 1.0)).pack(mavlink.MAVLink(None, 1, 1))
+    frame = PX4.writers[message_id](report(lost, PX4, 1, 4, 1.0)).pack(mavlink.MAVLink(None, 1, 1))
+    assert int.from_bytes(frame[7:10], "little") == message_id
 
 
 def test_the_attitude_controllers_target_is_told() -> None:

@@ -20,7 +20,7 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from sitl.conditions import LinkConditions
 from sitl.firmware.interface import Severity, StatusText
-from sitl.mavlink import GROUND_STATION, OFFBOARD
+from sitl.mavlink import GROUND_STATION, OFFBOARD, MavlinkVehicle
 
 REALISTIC = LinkConditions(
     telemetry_latency_s=0.02, telemetry_jitter_s=0.01, telemetry_loss_fraction=0.01, setpoint_latency_s=0.02
@@ -161,6 +161,11 @@ def test_pings_to_everyone_are_answered_to_their_sender() -> None:
     assert answers(vehicle, mavlink.MAVLink_ping_message(123, 7, 1, 1)) == []
 
 
+def still_answers(vehicle: MavlinkVehicle) -> bool:
+    told = answers(vehicle, mavlink.MAVLink_ping_message(123, 7, 0, 0))
+    return any(message.get_type() == "PING" and message.seq == 7 for message in told)
+
+
 @settings(max_examples=200, deadline=None)
 @given(st.sampled_from(sorted(mavlink.mavlink_map)), st.binary(max_size=255), st.integers(0, 255))
 def test_no_message_with_any_payload_harms(message_id: int, payload: bytes, sequence: int) -> None:
@@ -172,6 +177,7 @@ def test_no_message_with_any_payload_harms(message_id: int, payload: bytes, sequ
     crc = mavlink.x25crc(header[1:] + payload + bytes([mavlink.mavlink_map[message_id].crc_extra])).crc
     vehicle.receive(header + payload + struct.pack("<H", crc))
     vehicle.advance(0.02)
+    assert still_answers(vehicle)
 
 
 @given(st.integers(0, 65535), st.lists(st.floats(width=32), min_size=7, max_size=7))
@@ -179,6 +185,7 @@ def test_no_command_with_any_parameters_harms(command: int, params: list[float])
     vehicle, _ = fake_vehicle()
     vehicle.receive(encode(command_long(command, *params)))
     vehicle.advance(0.02)
+    assert still_answers(vehicle)
 
 
 @pytest.mark.parametrize("command", [400, 22, 21, 20, 176, 192, 511, 510, 512, 519, 520, 410, 420])

@@ -119,8 +119,8 @@ async def test_whoever_speaks_is_answered() -> None:
     ):
         await companion.next("HEARTBEAT")
         stranger.transport.sendto(b"\xfd\xff rubbish", companion.vehicle_address)
-        await stranger.next("HEARTBEAT")
-        await companion.next("HEARTBEAT")
+        for listener in (stranger, companion):
+            assert (await listener.next("HEARTBEAT")).get_srcSystem() == vehicle.system_id
 
 
 async def test_the_watcher_reads_modes_and_texts() -> None:
@@ -213,7 +213,7 @@ async def test_everyone_who_speaks_goes_on_being_served() -> None:
             await speaker.next("HEARTBEAT")
         for listener in (companion, second, third):
             listener.received = asyncio.Queue()
-            await listener.next("HEARTBEAT")
+            assert (await listener.next("HEARTBEAT")).get_srcSystem() == vehicle.system_id
 
 
 async def connected(port: int) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
@@ -238,10 +238,11 @@ async def test_a_client_over_tcp_is_served_though_its_frames_come_in_pieces() ->
                 writer.write(bytes([byte]))
                 await writer.drain()
             parser = mavlink.MAVLink(None)
-            seen: set[str] = set()
-            while not {"HEARTBEAT", "COMMAND_ACK"} <= seen:
+            heard: dict[str, Any] = {}
+            while not {"HEARTBEAT", "COMMAND_ACK"} <= heard.keys():
                 messages = parser.parse_buffer(await reader.read(1024)) or []
-                seen |= {message.get_type() for message in messages}
+                heard |= {message.get_type(): message for message in messages}
+            assert heard["COMMAND_ACK"].command == mavlink.MAV_CMD_NAV_LAND
         finally:
             writer.close()
 
