@@ -1,6 +1,6 @@
 """What each client can do with each autopilot, as a table of the tests and their outcomes.
 
-Usage: python tests/peers/table.py JUNIT_XML MARKDOWN
+Usage: python tests/peers/peers_table.py JUNIT_XML MARKDOWN
 """
 
 import sys
