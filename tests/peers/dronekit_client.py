@@ -38,8 +38,8 @@ class DronekitClient:
     def system_id(self) -> int:
         return int(self._vehicle._handler.target_system)
 
-    def wait_ready(self) -> None:
-        self._vehicle.wait_for_armable(timeout=PATIENCE_S)
+    def ready(self) -> bool:
+        return bool(self._vehicle.is_armable)
 
     def mode(self) -> str:
         return str(self._vehicle.mode.name)

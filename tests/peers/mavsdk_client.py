@@ -51,8 +51,8 @@ class MavsdkClient:
     def system_id(self) -> int:
         return int(self._system.get_system_id())
 
-    def wait_ready(self) -> None:
-        wait_until(self._telemetry.health_all_ok, "every check of MAVSDK's health")
+    def ready(self) -> bool:
+        return bool(self._telemetry.health_all_ok())
 
     def mode(self) -> str:
         return str(self._telemetry.flight_mode().name)

@@ -19,8 +19,8 @@ class Client(Protocol):
 
     def system_id(self) -> int: ...
 
-    def wait_ready(self) -> None:
-        """Wait until the client holds the vehicle for ready to arm."""
+    def ready(self) -> bool:
+        """Whether the client holds the vehicle for ready to arm."""
 
     def set_mode(self, name: str) -> None:
         """Ask for a flight mode, by the client's own name."""

@@ -60,9 +60,9 @@ class PymavlinkClient(MavutilLink):
         if answer.result != mavlink.MAV_RESULT_ACCEPTED:
             raise RuntimeError(f"{name}: {mavlink.enums['MAV_RESULT'][answer.result].name}")
 
-    def wait_ready(self) -> None:
-        bit = mavlink.MAV_SYS_STATUS_PREARM_CHECK
-        wait_until(lambda: self.newest("SYS_STATUS").onboard_control_sensors_health & bit, "pre-arm checks")
+    def ready(self) -> bool:
+        healthy = self.newest("SYS_STATUS").onboard_control_sensors_health
+        return bool(healthy & mavlink.MAV_SYS_STATUS_PREARM_CHECK)
 
     def set_mode(self, name: str) -> None:
         self.connection.set_mode(name)
