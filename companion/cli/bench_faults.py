@@ -5,11 +5,11 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import track
 
 from companion import __version__
 from companion.cli import options
 from companion.cli.result_file import write_result
+from companion.cli.resumed import journal_of, rows_of
 from companion.errors import InputError
 from companion.learning.online_settings import DEFAULT
 from companion.trajectory.placement import Placement
@@ -21,7 +21,6 @@ try:
     from companion.experiments.faults.job import FaultJob, fly
     from companion.experiments.faults.table import figures, lost_table, markdown
     from companion.experiments.faults.verdict import FaultRow
-    from companion.experiments.journal import Journal
     from companion.experiments.trajectories import limits_within, named_trajectories
 except ModuleNotFoundError as missing:
     raise InputError(
@@ -93,7 +92,7 @@ def faults(
     console = Console()
     with console.status("Preparing the simulator (half a minute the first time)"):
         job.prepare()
-    rows = _fly(job, json, console)
+    rows = rows_of(job.flights(), fly, FaultRow, belongs_to=job.fingerprint(), json=json, console=console)
     told = figures(rows)
     console.print(lost_table(rows))
     summary = told["summary"]
@@ -108,7 +107,7 @@ def faults(
             "seeds": seeds,
         }
         write_result(told | {"settings": settings, "software": __version__}, json)
-        _journal_of(json).unlink()
+        journal_of(json).unlink(missing_ok=True)
     if page is not None:
         page.write_text(markdown(rows), encoding="utf-8")
     if any(row.lost and row.survivable and row.struck for row in rows):
@@ -121,23 +120,3 @@ def _chosen(only: list[str] | None) -> list[Failure]:
     if unknown:
         raise InputError(f"--only {min(unknown)}: no such kind; there are {', '.join(kinds_among(every))}")
     return [failure for failure in every if not only or failure.kind in only]
-
-
-def _journal_of(json: Path) -> Path:
-    return json.with_name(f"{json.name}.flown")
-
-
-def _fly(job: FaultJob, json: Path | None, console: Console) -> list[FaultRow]:
-    """All rows of the job, some of them perhaps flown before."""
-    flights = job.flights()
-    if json is None:
-        return list(track(fly(flights), "Flying", len(flights), console=console, transient=True))
-    journal = Journal(_journal_of(json), FaultRow, belongs_to=job.fingerprint(), most=len(flights))
-    done = len(journal.rows)
-    if done:
-        console.print(f"{done} of {len(flights)} flights were flown before")
-    for row in track(
-        fly(flights[done:]), "Flying", len(flights), completed=done, console=console, transient=True
-    ):
-        journal.append(row)
-    return journal.rows

@@ -1,21 +1,20 @@
 """`companion bench transfer`: every network on every other vehicle."""
 
-from pathlib import Path
+from functools import partial
 from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import track
 
 from companion import __version__
 from companion.cli import options
 from companion.cli.result_file import write_result
+from companion.cli.resumed import journal_of, rows_of
 from companion.errors import InputError
 from companion.trajectory.placement import Placement
 
 try:
     from companion.experiments.backend import Backend
-    from companion.experiments.journal import Journal
     from companion.experiments.lasa import BENCHMARK_NAMES
     from companion.experiments.trajectories import courses
     from companion.experiments.transfer import (
@@ -86,7 +85,10 @@ def transfer(
     console = Console()
     with console.status("Preparing the simulator (half a minute the first time)"):
         job.prepare()
-    rows = _fly(job, Backend(backend, scheduler), json, console)
+    on_backend = partial(fly, backend=Backend(backend, scheduler))
+    rows = rows_of(
+        job.flights(), on_backend, TransferRow, belongs_to=job.fingerprint(), json=json, console=console
+    )
     _show(rows, job, console)
     notes += [f"{row.source} on {row.target}, {row.trajectory}: {row.error}" for row in rows if row.error]
     for note in notes:
@@ -102,26 +104,7 @@ def transfer(
             "seed": seed,
         }
         write_result(figures(rows) | {"settings": settings, "notes": notes, "software": __version__}, json)
-        _journal_of(json).unlink()
-
-
-def _journal_of(json: Path) -> Path:
-    return json.with_name(f"{json.name}.flown")
-
-
-def _fly(job: Transfer, backend: Backend, json: Path | None, console: Console) -> list[TransferRow]:
-    """All rows of the job, some of them perhaps flown before."""
-    flights = job.flights()
-    if json is None:
-        return list(track(fly(flights, backend), "Flying", len(flights), console=console, transient=True))
-    journal = Journal(_journal_of(json), TransferRow, belongs_to=job.fingerprint(), most=len(flights))
-    done = len(journal.rows)
-    if done:
-        console.print(f"{done} of {len(flights)} flights were flown before")
-    rest = fly(flights[done:], backend)
-    for row in track(rest, "Flying", len(flights), completed=done, console=console, transient=True):
-        journal.append(row)
-    return journal.rows
+        journal_of(json).unlink(missing_ok=True)
 
 
 def _show(rows: list[TransferRow], job: Transfer, console: Console) -> None:

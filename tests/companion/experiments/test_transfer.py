@@ -8,7 +8,7 @@ import pytest
 from early_network import early_network
 from typer.testing import CliRunner
 
-from companion.cli import bench_transfer
+from companion.cli import resumed
 from companion.cli.app import app
 from companion.errors import InputError
 from companion.experiments.contenders import Model
@@ -133,14 +133,14 @@ def test_what_was_flown_before_a_stop_is_not_flown_again(
     arguments = ["--vehicles", "ardrone2", "bebop2", "--conditions", "ideal", "--trajectories", str(line)]
     file, kept = tmp_path / "stopped.json", tmp_path / "stopped.json.flown"
     with monkeypatch.context() as patch:
-        patch.setattr(bench_transfer, "Journal", Interrupted)
+        patch.setattr(resumed, "Journal", Interrupted)
         with pytest.raises(SystemExit):
             bench(*arguments, "--json", file)
     assert not file.exists()
     before = [json.loads(line)["rms_m"] for line in kept.read_text().splitlines()[1:]]
     with pytest.raises(InputError, match="other settings"):
         bench(*arguments, "--seed", "1", "--json", file)
-    assert "4 of 6 flights" in bench(*arguments, "--json", file)
+    assert "4 of 6 parts" in bench(*arguments, "--json", file)
     assert not kept.exists()
     told = json.loads(file.read_text())
     assert set(told) == {"rows", "summary", "by_conditions", "settings", "notes", "software"}
