@@ -9,6 +9,7 @@ from rich.console import Console
 
 from companion import __version__
 from companion.cli.lazy import lazy_group
+from companion.cli.lines import show
 from companion.errors import ImpromptuError
 
 COMMANDS = {
@@ -129,7 +130,7 @@ def main() -> None:
 
 
 def _say(text: str) -> None:
-    Console(stderr=True).print(text, style="red", markup=False, highlight=False, soft_wrap=True)
+    show(Console(stderr=True), text, style="red")
 
 
 def _stop_as_by_ctrl_c(*signals: signal.Signals) -> None:

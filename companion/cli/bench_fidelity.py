@@ -11,6 +11,7 @@ from rich.progress import Progress
 
 from companion import __version__
 from companion.cli import options
+from companion.cli.lines import show
 from companion.cli.result_file import write_result
 from companion.errors import InputError
 from companion.recording import Recording, read_recording
@@ -75,15 +76,15 @@ def fidelity(
         console.print(twin_table(each), prediction_table(each))
         whole = pooled(each.flights)
         if whole is not None:
-            console.print(pooled_line(whole), markup=False, highlight=False, soft_wrap=True)
+            show(console, pooled_line(whole))
         if each.hover is not None:
-            console.print(hover_line(each.hover), markup=False, highlight=False, soft_wrap=True)
+            show(console, hover_line(each.hover))
     if json is not None:
         result = {"recordings": [as_json(each) for each in fidelities], "software": __version__}
         write_result(result, json)
     if report is not None:
         page = write_fidelity_report(fidelities, report, shlex.join(["companion", *sys.argv[1:]]))
-        console.print(f"report: {page}", markup=False, highlight=False, soft_wrap=True)
+        show(console, f"report: {page}")
 
 
 def _twin(path: Path, recording: Recording, vehicle: str | None) -> Vehicle:

@@ -8,7 +8,7 @@ from rich.console import Console
 
 from companion import __version__, bundled
 from companion.cli import options
-from companion.cli.flying import show
+from companion.cli.lines import show
 from companion.cli.result_file import write_result
 from companion.experiments.contenders import find_model
 from companion.experiments.loaded import cores, fly_loaded

@@ -11,6 +11,7 @@ from rich.progress import track
 
 from companion import __version__
 from companion.cli import options
+from companion.cli.lines import show
 from companion.cli.result_file import write_result
 from companion.errors import InputError
 from companion.flight.strategies import Strategy
@@ -105,8 +106,7 @@ def quadrotor(
     console.print(
         results_table(rms_errors(of_strategies)), summary_table(means(comparison.contenders, results))
     )
-    for note in notes:
-        console.print(note, style="yellow", markup=False, highlight=False, soft_wrap=True)
+    show(console, *notes, style="yellow")
     settings = {
         "source": source,
         "target": target,
@@ -132,7 +132,7 @@ def quadrotor(
             conditions={"conditions": conditions, "preset": preset, "seed": str(seed)},
             commands=[shlex.join(["companion", *sys.argv[1:]])],
         )
-        console.print(f"report: {page}", markup=False, highlight=False, soft_wrap=True)
+        show(console, f"report: {page}")
 
 
 def _chosen(strategies: str) -> list[Strategy]:

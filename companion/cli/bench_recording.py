@@ -11,7 +11,7 @@ from rich.progress import track
 
 from companion import bundled
 from companion.cli import options
-from companion.cli.flying import show
+from companion.cli.lines import show
 from companion.cli.result_file import write_result
 from companion.experiments.cut_recordings import losses_s, record
 from companion.experiments.simulated_flights import Scenario

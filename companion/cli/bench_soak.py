@@ -7,7 +7,7 @@ from rich.console import Console
 
 from companion import __version__
 from companion.cli import options
-from companion.cli.flying import show
+from companion.cli.lines import show
 from companion.cli.result_file import write_result
 from companion.cli.resumed import journal_of, rows_of
 from companion.experiments.contenders import find_model

@@ -8,6 +8,7 @@ from rich.console import Console
 
 from companion import __version__
 from companion.cli import options
+from companion.cli.lines import show
 from companion.cli.result_file import write_result
 from companion.cli.resumed import journal_of, rows_of
 from companion.errors import InputError
@@ -91,8 +92,7 @@ def transfer(
     )
     _show(rows, job, console)
     notes += [f"{row.source} on {row.target}, {row.trajectory}: {row.error}" for row in rows if row.error]
-    for note in notes:
-        console.print(note, style="yellow", markup=False, highlight=False, soft_wrap=True)
+    show(console, *notes, style="yellow")
     if json is not None:
         settings = {
             "vehicles": flown_by,

@@ -12,7 +12,8 @@ import typer
 from rich.console import Console
 
 from companion.cli import options
-from companion.cli.flying import Placed, Request, conduct, provenance, show, vehicle_name
+from companion.cli.flying import Placed, Request, conduct, provenance, vehicle_name
+from companion.cli.lines import show
 from companion.errors import InputError
 from companion.flight.flight import FlightPlan
 from companion.flight.guard import GuardLimits, require_flyable

@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 
 from companion import clock
+from companion.cli.lines import show
 from companion.link.status_text import StatusText
 
 _WARNING = 4  # MAV_SEVERITY_WARNING: it and all below are worth a colour
@@ -61,6 +62,4 @@ class FlightDisplay:
 
     def _line(self, text: str, style: str | None = None) -> None:
         time = f"{clock.now() - self._began_s:7.1f} s  "
-        self._terminal.submit(
-            self._console.print, time + text, style=style, markup=False, highlight=False, soft_wrap=True
-        )
+        self._terminal.submit(show, self._console, time + text, style=style)

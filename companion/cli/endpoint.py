@@ -7,6 +7,7 @@ from typing import TypeVar
 from rich.console import Console
 
 from companion import clock
+from companion.cli.lines import show
 from companion.link import Connection, connect, parse_address
 from companion.link.address import Simulated
 from companion.link.exposure import warning
@@ -34,7 +35,7 @@ def with_vehicle(endpoint: Endpoint, work: Callable[[Connection], Awaitable[T]])
     """What `work` makes of a connection to the vehicle at `endpoint`; raises as `connect`."""
     address = parse_address(endpoint.url)
     if told := warning([address], signed=endpoint.signing is not None):
-        Console(stderr=True).print(told, markup=False, highlight=False, soft_wrap=True)
+        show(Console(stderr=True), told)
 
     async def connected() -> T:
         async with connect(address, system_id=endpoint.system_id, signing=endpoint.signing) as connection:

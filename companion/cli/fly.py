@@ -12,7 +12,8 @@ from rich.console import Console
 from companion import bundled
 from companion.cli import options
 from companion.cli.fly_plan import Planned, is_plan
-from companion.cli.flying import Course, Flown, Placed, Request, conduct, provenance, show, vehicle_name
+from companion.cli.flying import Course, Flown, Placed, Request, conduct, provenance, vehicle_name
+from companion.cli.lines import show
 from companion.cli.recorded import usual_path
 from companion.cli.result_file import write_result
 from companion.errors import GapError, InputError, TakenError

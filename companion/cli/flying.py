@@ -172,12 +172,6 @@ def provenance(address: Address, vehicle: str, trajectory: str, strategy: str) -
     return flight
 
 
-def show(console: Console, *lines: str) -> None:
-    """Print lines as they are."""
-    for line in lines:
-        console.print(line, markup=False, highlight=False, soft_wrap=True)
-
-
 def conduct(request: Request, record: Path | None, console: Console) -> Flown:
     """Fly: in virtual time on the built-in vehicle, in real time on any other.
 

@@ -13,6 +13,7 @@ from rich.table import Table
 
 from companion import __version__
 from companion.cli import options
+from companion.cli.lines import show
 from companion.cli.result_file import write_result
 from companion.errors import InputError
 from companion.recording import Recording, Segment, read_recording
@@ -111,11 +112,10 @@ def identify(
         estimator = _estimator(found.vehicle, chosen)
     console.print(_table(found))
     notes = _notes(found)
-    for note in notes:
-        console.print(note, style="yellow", markup=False, highlight=False, soft_wrap=True)
+    show(console, *notes, style="yellow")
     if output is not None:
         _write(output, vehicle, twin, found, estimator, [each.path.name for each in chosen])
-        console.print(f"vehicle: {output}", markup=False, highlight=False, soft_wrap=True)
+        show(console, f"vehicle: {output}")
     if json is not None:
         of = {
             "vehicle": vehicle,
@@ -129,7 +129,7 @@ def identify(
     if plot is not None:
         with console.status("drawing"):
             plot_twin([flight for each in chosen for flight in _flights(found.vehicle, each)], plot)
-        console.print(f"plot: {plot}", markup=False, highlight=False, soft_wrap=True)
+        show(console, f"plot: {plot}")
 
 
 def _parameters(vehicle: Vehicle, keys: str | None) -> Sequence[Parameter]:

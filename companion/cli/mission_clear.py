@@ -4,7 +4,7 @@ from rich.console import Console
 
 from companion.cli import options
 from companion.cli.endpoint import Endpoint, with_vehicle
-from companion.cli.flying import show
+from companion.cli.lines import show
 from companion.link import Connection
 from companion.mission.transfer import clear_plan
 

@@ -11,7 +11,8 @@ from companion.autopilot import detect
 from companion.cli import options
 from companion.cli.display import FlightDisplay
 from companion.cli.endpoint import Endpoint, with_vehicle
-from companion.cli.flying import STOPPED, show
+from companion.cli.flying import STOPPED
+from companion.cli.lines import show
 from companion.cli.mission import summary, transfer_bar
 from companion.cli.result_file import write_result
 from companion.errors import InputError

@@ -8,7 +8,8 @@ from rich.console import Console
 
 from companion.cli import options
 from companion.cli.endpoint import Endpoint, with_vehicle
-from companion.cli.flying import STOPPED, show
+from companion.cli.flying import STOPPED
+from companion.cli.lines import show
 from companion.cli.mission import counts, summary, transfer_bar
 from companion.cli.result_file import write_result
 from companion.link import Connection

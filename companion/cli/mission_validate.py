@@ -10,7 +10,7 @@ from rich.console import Console
 from companion.autopilot import detect
 from companion.cli import options
 from companion.cli.endpoint import Endpoint, with_vehicle
-from companion.cli.flying import show
+from companion.cli.lines import show
 from companion.cli.mission import counts, summary
 from companion.cli.result_file import write_result
 from companion.errors import InputError

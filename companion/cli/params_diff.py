@@ -12,7 +12,7 @@ from rich.table import Table
 
 from companion.cli import options
 from companion.cli.endpoint import Endpoint
-from companion.cli.flying import show
+from companion.cli.lines import show
 from companion.cli.params import read_file, read_vehicle
 from companion.cli.result_file import write_result
 from companion.link.parameter_changes import Difference, differences

@@ -8,7 +8,7 @@ from rich.console import Console
 
 from companion.cli import options
 from companion.cli.endpoint import Endpoint
-from companion.cli.flying import show
+from companion.cli.lines import show
 from companion.cli.params import read_vehicle
 from companion.link.parameter_file import write_parameter_file
 

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from companion.cli import options
-from companion.cli.flying import show
+from companion.cli.lines import show
 from companion.cli.result_file import write_result
 from companion.errors import InputError
 from companion.flight.replay import Replayed

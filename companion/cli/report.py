@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Column, Table
 
 from companion.cli import options
-from companion.cli.flying import show
+from companion.cli.lines import show
 from companion.cli.result_file import write_result
 from companion.errors import InputError
 from companion.experiments.flight_report import COLUMNS, table_row, write_flight_report

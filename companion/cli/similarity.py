@@ -9,6 +9,7 @@ from rich.console import Console
 
 from companion import __version__, bundled
 from companion.cli import options
+from companion.cli.lines import show
 from companion.cli.result_file import write_result
 from companion.errors import InputError
 from companion.learning.model_file import load_model
@@ -64,8 +65,7 @@ def similarity(
         axes = compare(ours, theirs)
         judgement = verdict(axes)
     console.print(figures_table(axes))
-    for remark in remarks(axes, judgement):
-        console.print(remark, markup=False, highlight=False, soft_wrap=True)
+    show(console, *remarks(axes, judgement))
     record = None
     if flights is not None:
         with console.status("judging the pairs that were flown"):

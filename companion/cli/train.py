@@ -8,7 +8,7 @@ import typer
 from rich.console import Console
 
 from companion.cli import options
-from companion.cli.flying import show
+from companion.cli.lines import show
 from companion.errors import InputError
 from companion.learning.features import Preview
 from companion.learning.inverse_network import AxisLoops
