@@ -59,10 +59,8 @@ def faults(
             "vehicle's own name."
         ),
     ] = None,
-    trajectory: Annotated[str, typer.Option(help="CSV file, or drawing of config/trajectories.")] = "clef",
-    conditions: Annotated[
-        str, typer.Option(help="Wind, noise and delays: a name in config/conditions, or a YAML file.")
-    ] = "realistic",
+    trajectory: options.Drawing = "clef",
+    conditions: options.Conditions = "realistic",
     json: options.Json = None,
     page: Annotated[
         Path | None, typer.Option("--markdown", dir_okay=False, help="Write the fault table to this file.")

@@ -38,10 +38,7 @@ except ModuleNotFoundError as missing:
 
 
 def fidelity(
-    recordings: Annotated[
-        list[Path],
-        typer.Argument(metavar="RECORDING...", help="Flight logs: .tlog, .tlog.xz, .ulg or .mcap."),
-    ],
+    recordings: options.FlightLogs,
     vehicle: Annotated[
         str | None,
         typer.Option(
@@ -51,9 +48,7 @@ def fidelity(
     ] = None,
     system_id: options.SystemIdInLog = None,
     json: options.Json = None,
-    report: Annotated[
-        Path | None, typer.Option(file_okay=False, help="Write a page with pictures into this directory.")
-    ] = None,
+    report: options.PageDirectory = None,
 ) -> None:
     """Fly recordings again with simulated vehicles, and compare; and predict them with the online model.
 

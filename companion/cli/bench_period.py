@@ -21,11 +21,9 @@ _MS = 1e3
 
 
 def period(
-    trajectory: Annotated[str, typer.Option(help="CSV file, or drawing of config/trajectories.")] = "star",
-    model: Annotated[
-        str, typer.Option(help="Network of dnn+gp: a name in config/models, or a file.")
-    ] = "ardrone2",
-    vehicle: Annotated[str, typer.Option(help="A name in config/vehicles, or a YAML file.")] = "bebop2",
+    trajectory: options.Drawing = "star",
+    model: options.DnnGpModel = "ardrone2",
+    vehicle: options.SimulatedVehicle = "bebop2",
     busy: Annotated[
         int | None, typer.Option(min=0, help="Processes that do other work. Default: one for each core.")
     ] = None,

@@ -2,7 +2,6 @@
 
 import shlex
 import sys
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -55,9 +54,7 @@ def quadrotor(
     strategies: Annotated[
         str, typer.Option(help="Which to fly, with commas between; baseline is always flown.")
     ] = ",".join(Strategy),
-    conditions: Annotated[
-        str, typer.Option(help="Wind, noise and delays: a name in config/conditions, or a YAML file.")
-    ] = "ideal",
+    conditions: options.Conditions = "ideal",
     preset: options.PresetOption = options.Preset.DEFAULT,
     size: options.Size = 3.0,
     speed: Annotated[
@@ -66,9 +63,7 @@ def quadrotor(
     plane: options.PlaneOption = options.Plane.XZ,
     seed: options.Seed = 0,
     json: options.Json = None,
-    report: Annotated[
-        Path | None, typer.Option(file_okay=False, help="Write a page with pictures into this directory.")
-    ] = None,
+    report: options.PageDirectory = None,
 ) -> None:
     """Repeat the paper's flights: one vehicle's inverse network and the online correction on another vehicle.
 

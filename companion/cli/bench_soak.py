@@ -24,10 +24,8 @@ def soak(
     hours: Annotated[float, typer.Option(min=0.001, help="Of simulated flight, in all.")] = 8.0,
     processes: Annotated[int, typer.Option(min=1, max=100, help="That share the hours.")] = 2,
     flight: Annotated[float, typer.Option(min=10.0, help="Seconds that each flight tracks.")] = FLIGHT_S,
-    vehicle: Annotated[str, typer.Option(help="A name in config/vehicles, or a YAML file.")] = "bebop2",
-    model: Annotated[
-        str, typer.Option(help="Network of dnn+gp: a name in config/models, or a file.")
-    ] = "ardrone2",
+    vehicle: options.SimulatedVehicle = "bebop2",
+    model: options.DnnGpModel = "ardrone2",
     conditions: Annotated[
         str, typer.Option(help="A name in config/conditions, or a YAML file.")
     ] = "realistic",

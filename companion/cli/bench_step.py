@@ -33,9 +33,7 @@ def step(
         str, typer.Option(help="Inverse network: a name in config/models, or a file.")
     ] = "ardrone2",
     strategy: Annotated[Strategy, typer.Option(help="Whose steps.")] = Strategy.DNN_GP,
-    conditions: Annotated[
-        str, typer.Option(help="Wind, noise and delays: a name in config/conditions, or a YAML file.")
-    ] = "realistic",
+    conditions: options.Conditions = "realistic",
     preset: options.PresetOption = options.Preset.DEFAULT,
     duration: Annotated[float, typer.Option(help="Length of the flight (s).")] = 60.0,
     seed: options.Seed = 0,

@@ -54,10 +54,7 @@ class _Chosen:
 
 
 def identify(
-    recordings: Annotated[
-        list[Path],
-        typer.Argument(metavar="RECORDING...", help="Flight logs: .tlog, .tlog.xz, .ulg or .mcap."),
-    ],
+    recordings: options.FlightLogs,
     vehicle: Annotated[
         str, typer.Option(help="What to start from: a name in config/vehicles, or your own YAML file.")
     ],

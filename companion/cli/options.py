@@ -128,6 +128,20 @@ VehicleName: TypeAlias = Annotated[
     str | None, typer.Option("--name", help="What to call the vehicle in the file.")
 ]
 Seed: TypeAlias = Annotated[int, typer.Option(min=0, help="Of everything random.")]
+Drawing: TypeAlias = Annotated[str, typer.Option(help="CSV file, or drawing of config/trajectories.")]
+SimulatedVehicle: TypeAlias = Annotated[str, typer.Option(help="A name in config/vehicles, or a YAML file.")]
+Conditions: TypeAlias = Annotated[
+    str, typer.Option(help="Wind, noise and delays: a name in config/conditions, or a YAML file.")
+]
+DnnGpModel: TypeAlias = Annotated[
+    str, typer.Option(help="Network of dnn+gp: a name in config/models, or a file.")
+]
+FlightLogs: TypeAlias = Annotated[
+    list[Path], typer.Argument(metavar="RECORDING...", help="Flight logs: .tlog, .tlog.xz, .ulg or .mcap.")
+]
+PageDirectory: TypeAlias = Annotated[
+    Path | None, typer.Option(file_okay=False, help="Write a page with pictures into this directory.")
+]
 
 
 def after(asked: After | None, *, land: bool) -> After:
