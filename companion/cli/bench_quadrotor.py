@@ -97,28 +97,27 @@ def quadrotor(
     results = dict(track(comparison.fly(), "Flying", len(comparison), console=console, transient=True))
     figures = rows_and_summary(drawings, comparison.contenders, results)
     notes += slowed + failures(results)
-    of_strategies = {names: result for names, result in results.items() if names[1] in list(Strategy)}
+    of_strategies = {flight: result for flight, result in results.items() if flight[1] in list(Strategy)}
     console.print(
         results_table(rms_errors(of_strategies)), summary_table(means(comparison.contenders, results))
     )
     show(console, *notes, style="yellow")
-    settings = {
-        "source": source,
-        "target": target,
-        "model": model,
-        "trajectories": names,
-        "strategies": chosen,
-        "conditions": conditions,
-        "preset": preset,
-        "size_m": size,
-        "speed_m_s": speed,
-        "plane": plane,
-        "seed": seed,
-        "lookahead_s": lookahead_of(comparison.contenders),
-    }
     if json is not None:
-        result = figures | {"settings": settings, "notes": notes, "software": __version__}
-        write_result(result, json)
+        settings = {
+            "source": source,
+            "target": target,
+            "model": model,
+            "trajectories": names,
+            "strategies": chosen,
+            "conditions": conditions,
+            "preset": preset,
+            "size_m": size,
+            "speed_m_s": speed,
+            "plane": plane,
+            "seed": seed,
+            "lookahead_s": lookahead_of(comparison.contenders),
+        }
+        write_result(figures | {"settings": settings, "notes": notes, "software": __version__}, json)
     if report is not None:
         page = write_report(
             flights(of_strategies),

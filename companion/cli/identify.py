@@ -114,15 +114,8 @@ def identify(
         _write(output, vehicle, twin, found, estimator, [each.path.name for each in chosen])
         show(console, f"vehicle: {output}")
     if json is not None:
-        of = {
-            "vehicle": vehicle,
-            "recordings": [
-                {"name": log_name(each.path), "segments": [segment.id for segment in each.segments]}
-                for each in chosen
-            ],
-            "software": __version__,
-        }
-        write_result(_as_json(found, estimator, notes) | of, json)
+        fitted = {"vehicle": vehicle, "recordings": [_named(each) for each in chosen]}
+        write_result(_as_json(found, estimator, notes) | fitted | {"software": __version__}, json)
     if plot is not None:
         with console.status("drawing"):
             plot_twin([flight for each in chosen for flight in _flights(found.vehicle, each)], plot)
@@ -222,6 +215,10 @@ def _write(
 
 def _remark(each: Estimated) -> str:
     return f"{each.parameter.key}: {each.parameter.start:.4g} -> {each.value:.4g} ± {each.half_width:.2g}"
+
+
+def _named(chosen: _Chosen) -> dict[str, Any]:
+    return {"name": log_name(chosen.path), "segments": [segment.id for segment in chosen.segments]}
 
 
 def _as_json(
