@@ -53,7 +53,7 @@ _LOOP_GAINS = (
     ("PSC_POSXY_P", "PSC_POSZ_P", "PSC_VELXY_P", "PSC_VELZ_P"),
     ("PSC_NE_POS_P", "PSC_D_POS_P", "PSC_NE_VEL_P", "PSC_D_VEL_P"),  # names from version 4.7 on
 )
-_SHAPED = 1.6
+_SHAPED = 3.0
 """GUIDED smooths what it is sent within limits of jerk, which leaves less room for corrections than the gains
 say: the simulated vehicle begins to swing at a stiffness that PX4 still bears (docs/decisions.md)."""
 

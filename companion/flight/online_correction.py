@@ -11,6 +11,7 @@ from jaxtyping import Float
 
 from companion.arrays import Array, Vec3
 from companion.autopilot.position_loop import PositionLoop, loop_of
+from companion.flight.drift import SlowDrift
 from companion.flight.guard import limit_length
 from companion.flight.preview import DesiredMotion, desired_ahead, flat_state, state_of
 from companion.flight.reference import Correction, Reference
@@ -33,7 +34,9 @@ _LOOP_DELAY_S = 0.1
 """About what a multirotor takes from a setpoint to its acceleration. The stiffness that a loop bears goes
 with the inverse square of its delay."""
 _UNKNOWN = np.full(6, np.nan)
-_DRIFT_WEIGHT = 2.0
+_UNDERWAY_S = 0.15
+"""What was sent in so long has hardly moved the vehicle yet."""
+_DRIFT_WEIGHT = 8.0
 """An estimate that moves beside its own velocity says that this velocity is wrong. The model is told so, and
 no innovation shows it; but a velocity reference would carry the vehicle off."""
 
@@ -70,13 +73,17 @@ class OnlineCorrection:
         self._confidence = Confidence(settings.caution, settings.memory)
         self._velocity_confidence = Confidence(settings.velocity_caution, settings.memory)
         self._awaiting: deque[_Sent] = deque()
+        self._underway: deque[_Pull] = deque()
+        self._drift = SlowDrift()
         self._situation: _Situation | None = None
+        self._uncorrected: Reference | None = None
         self.forget_motion()
         self._previous_u2: Vec3 = np.zeros(3)
 
     def observe(self, state: VehicleState) -> None:
         """Take in where the vehicle was; steps whose outcome is now known become observations."""
         self._flown.append(state)
+        self._drift.observe(state)
         self.lateness_s += (state.received_s - state.time_s - self.lateness_s) / self.settings.memory
         while self._awaiting and self._awaiting[0].time_s + self.settings.preview.longest_s <= state.time_s:
             self._learn(self._awaiting.popleft())
@@ -85,11 +92,14 @@ class OnlineCorrection:
         """Begin a new history, across whose beginning nothing is learned; what was learned stays."""
         self._flown = MotionHistory(2.0 * self.settings.preview.longest_s + 1.0)
         self._awaiting.clear()
+        self._underway.clear()
+        self._drift.forget()
 
     def correct(
         self, u1: Reference, trajectory: DesiredMotion, time_s: float, state: VehicleState
     ) -> OnlineStep:
         """The correction for u1 at `time_s` on the trajectory (s), the vehicle being in `state`."""
+        self._uncorrected = u1
         predicted = self._model.predict(self._step(u1, trajectory, time_s, state))
         if not len(self._model):
             return OnlineStep(Correction(), predicted, np.zeros(3))
@@ -116,6 +126,9 @@ class OnlineCorrection:
         step = self._step(reference, trajectory, time_s, state)
         predicted = self._model.predict(step)
         self._awaiting.append(_Sent(state.time_s, step, predicted))
+        if self._uncorrected is not None:
+            pull = self._uncorrected.pull_towards(reference, *self.loop)
+            self._underway.append(_Pull(state.time_s, pull))
         return predicted
 
     def _learn(self, sent: "_Sent") -> None:
@@ -125,7 +138,9 @@ class OnlineCorrection:
         if self._model.learn(sent.step, position, velocity):
             self._confidence.compare(position - sent.predicted.position)
             innovation = velocity - sent.predicted.velocity
-            self._velocity_confidence.compare(np.concatenate((innovation, _DRIFT_WEIGHT * sent.step.drift)))
+            self._velocity_confidence.compare(
+                np.concatenate((innovation, _DRIFT_WEIGHT * self._drift.velocity))
+            )
 
     def _felt_loop(self) -> PositionLoop:
         """The autopilot's loop as a late link makes it: the later, the less correction it bears."""
@@ -150,6 +165,7 @@ class OnlineCorrection:
             np.zeros(3) if u1.acceleration is None else u1.acceleration,
             acceleration=trajectory.at(time_s - 0.5 * _RECENT_S).acceleration,
             drift=np.zeros(3),
+            underway=np.zeros(3),
         )
 
     def _velocity_correction(self, u2: Vec3, velocity_error: Vec3, loop: PositionLoop) -> Vec3:
@@ -158,7 +174,8 @@ class OnlineCorrection:
                 return velocity_correction(u2, self._previous_u2, self.settings.sample_time_s)
             case "predicted":
                 gain = self._velocity_confidence.share * self.settings.damping_1_s / loop.damping_1_s
-                return gain * velocity_error
+                # The autopilot believes the velocity that drifts: it is asked for as much less.
+                return gain * velocity_error - self._drift.velocity
             case "uncorrected":
                 return np.zeros(3)
 
@@ -166,10 +183,20 @@ class OnlineCorrection:
         asked = (trajectory, time_s, state)
         if self._situation is None or self._situation.asked != asked:
             desired = desired_ahead(trajectory, time_s, self.settings.preview)
-            self._situation = _Situation(asked, state_of(state), desired, self._flown.recent(state))
+            recent = (*self._flown.recent(state), self._pull_underway(state.time_s))
+            self._situation = _Situation(asked, state_of(state), desired, recent)
         now = self._situation
         feedforward = np.zeros(3) if u.acceleration is None else u.acceleration
         return Step(now.x, u.position, u.velocity, *now.desired, feedforward, *now.recent)
+
+    def _pull_underway(self, time_s: float) -> Vec3:
+        """The mean of what corrections asked for in the last `_UNDERWAY_S` before `time_s` (m/s²)."""
+        while self._underway and self._underway[0].time_s < time_s - _UNDERWAY_S:
+            self._underway.popleft()
+        if not self._underway:
+            return np.zeros(3)
+        mean: Vec3 = np.mean([sent.acceleration for sent in self._underway], axis=0)
+        return mean
 
 
 def within_pull(correction: Correction, loop: PositionLoop, sideways_m_s2: float) -> Correction:
@@ -190,13 +217,13 @@ class _Situation:
         asked: trajectory, time on it (s) and state.
         x: the state vector.
         desired: position (m) and velocity (m/s), one preview ahead.
-        recent: acceleration (m/s²) and drift (m/s).
+        recent: acceleration (m/s²), drift (m/s) and the pull of corrections under way (m/s²).
     """
 
     asked: tuple[DesiredMotion, float, VehicleState]
     x: Float[Array, "12"]
     desired: tuple[Vec3, Vec3]
-    recent: tuple[Vec3, Vec3]
+    recent: tuple[Vec3, Vec3, Vec3]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -206,6 +233,14 @@ class _Sent:
     time_s: float
     step: Step
     predicted: PredictedError
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Pull:
+    """The acceleration (m/s²) that a correction sent at `time_s` (s) asked for."""
+
+    time_s: float
+    acceleration: Vec3
 
 
 class MotionHistory:

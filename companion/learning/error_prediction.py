@@ -46,6 +46,7 @@ class Step(NamedTuple):
         reference_acceleration: a_r(k), zero where none is sent (m/s²).
         acceleration: of the vehicle, the mean of the last moments; zero where that is not known (m/s²).
         drift: how fast its position then moved beside its own velocity; zero where not known (m/s).
+        underway: acceleration that the newest corrections asked for, which has not shown yet (m/s²).
     """
 
     state: Float[Array, "12"]
@@ -56,6 +57,7 @@ class Step(NamedTuple):
     reference_acceleration: Vec3
     acceleration: Vec3
     drift: Vec3
+    underway: Vec3
 
 
 def _paper_inputs(step: Step) -> Float[Array, "24"]:

@@ -9,9 +9,10 @@ that, as a linear function of what can cause it, each input in m/s: what it woul
 | τ/2 · 2 s⁻¹ · (v_r − v_a) | so does the velocity loop |
 | τ/2 · a_r | feed-forward acceleration |
 | τ/2 · a | acceleration goes on for a while |
+| τ/2 · a_u | so will what corrections have just asked for: setpoints take their time |
 | d | an estimator that is being pulled to a measurement moves its position beside its own velocity |
 
-The axes are independent, as the paper assumes of the quadrotor's outer loops: that leaves five weights to
+The axes are independent, as the paper assumes of the quadrotor's outer loops: that leaves six weights to
 learn for each. With inputs in the output's own unit one prior variance serves all of them, at every lead.
 """
 
@@ -34,7 +35,7 @@ VELOCITY_STIFFNESS = 2.0
 NOISE_REACH = 10.0
 """A fitted σ2² is at most so many times larger or smaller than the given one."""
 _NOISE_LEVELS = np.geomspace(1.0 / NOISE_REACH, NOISE_REACH, 13)
-_AXES, _INPUTS, _OUTPUTS = 3, 5, 2
+_AXES, _INPUTS, _OUTPUTS = 3, 6, 2
 
 
 class LinearKernel(BaseModel):
@@ -137,7 +138,7 @@ class MotionModel:
         self._kernel = kernel
         self._leads = _Leads(np.array(preview.position_s), np.array(preview.velocity_s))
         half_lead_s = 0.5 * self._leads.position[:, None]
-        stiffness = np.array((POSITION_STIFFNESS, VELOCITY_STIFFNESS, 1.0, 1.0))
+        stiffness = np.array((POSITION_STIFFNESS, VELOCITY_STIFFNESS, 1.0, 1.0, 1.0))
         self._scale = np.hstack((half_lead_s * stiffness, np.ones((_AXES, 1))))
         self._window = SlidingWindow(window, inputs=_AXES * _INPUTS, outputs=_AXES * _OUTPUTS)
         self._weights: Weights | None = None
@@ -187,12 +188,13 @@ class MotionModel:
             inputs, outputs, likeliest_kernel(inputs, outputs, self._kernel) if fitted else self._kernel
         )
 
-    def _inputs(self, step: Step) -> Float[Array, "3 5"]:
+    def _inputs(self, step: Step) -> Float[Array, "3 6"]:
         position, velocity = step.state[:3], step.state[3:6]
         causes = np.empty((_AXES, _INPUTS))
         causes[:, 0] = step.reference_position - position
         causes[:, 1] = step.reference_velocity - velocity
         causes[:, 2] = step.reference_acceleration
         causes[:, 3] = step.acceleration
-        causes[:, 4] = step.drift
+        causes[:, 4] = step.underway
+        causes[:, 5] = step.drift
         return self._scale * causes

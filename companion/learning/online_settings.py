@@ -44,11 +44,12 @@ class OnlineSettings(BaseModel):
             from its trajectory: the error at the operating point, the trajectory itself, is taken off. It is
             a matter of u1, and from ten seconds of flight near the trajectory badly known.
         velocity: how the reference velocity is corrected: by the finite difference of u2, by the predicted
-            velocity error so that it calls for `damping_1_s`, or not at all.
+            velocity error so that it calls for `damping_1_s`, and by the estimate's slow drift
+            (`flight.drift`), or not at all.
         damping_1_s: acceleration for a predicted velocity error (1/s).
         lead: how much early the reference is sent on which the correction rests.
         caution: how much an innovation counts against a predicted error (`correction.Confidence`); 0: not.
-        velocity_caution: the same of the velocity, where the estimate's drift counts as innovation too.
+        velocity_caution: the same of the velocity, where the estimate's slow drift counts as innovation too.
         variance_caution: how much the model's variance counts against each single predicted error
             (`correction.certain_share`); 0: not.
         memory: steps over which that is judged.
@@ -101,18 +102,18 @@ PAPER = OnlineSettings(
 
 DEFAULT = OnlineSettings(
     sample_time_s=1 / 50,
-    preview=Preview.of_time(0.15),
+    preview=Preview.of_time(0.18),
     window=500,
     kernel=LinearKernel(prior_variance=1.0, noise_variance=0.02),
     form="motion",
-    gain=StiffnessGain(stiffness_1_s2=24.0),
+    gain=StiffnessGain(stiffness_1_s2=32.0),
     corrected="deviation",
     longest_m=0.95,  # within the guard's usual limit
     sideways_m_s2=2.0,
     velocity="predicted",
     damping_1_s=10.0,
     lead=ReferenceLead(position_s=0.03, velocity_s=0.06, acceleration_s=0.15, vertical_acceleration_s=0.06),
-    velocity_caution=5.0,
+    velocity_caution=2.0,
     network_share=0.3,
     harm_memory_s=3.0,
 )

@@ -146,6 +146,41 @@ def test_what_was_sent_is_predicted_by_what_it_led_to() -> None:
     assert errors[200:].max() < 0.1 * errors[:5].max()
 
 
+def test_the_autopilot_is_asked_for_as_much_less_as_the_estimate_drifts() -> None:
+    correction, trajectory, drift = OnlineCorrection(DEFAULT), _wave(), np.array((0.4, -0.3, 0.0))
+    for k in range(500):
+        at = trajectory.at(k * STEP_S)
+        state = _state(k * STEP_S, at.position, at.velocity - drift)
+        correction.observe(state)
+        u1 = Reference(*at)
+        online = correction.correct(u1, trajectory, state.time_s, state)
+        correction.sent(u1, trajectory, state.time_s, state)
+    np.testing.assert_allclose(online.u2.velocity, -drift, atol=0.03)
+
+
+def test_what_is_under_way_is_reckoned_with() -> None:
+    """Corrections that come as a surprise, and act 0.1 s late."""
+    correction, trajectory, rng = OnlineCorrection(DEFAULT), _wave(), np.random.default_rng(0)
+    stiffness = correction.loop.stiffness_1_s2
+    pushes = 0.1 * rng.choice((-1.0, 1.0), size=(60, 3)).repeat(10, axis=0)
+    aside, speed = np.zeros(3), np.zeros(3)
+    expected, flown = [], []
+    for k, push in enumerate(pushes):
+        at = trajectory.at(k * STEP_S)
+        state = _state(k * STEP_S, at.position + aside, at.velocity + speed)
+        correction.observe(state)
+        u1 = Reference(*at)
+        correction.correct(u1, trajectory, state.time_s, state)
+        sent = u1.corrected(Correction(push, np.zeros(3)))
+        expected.append(correction.sent(sent, trajectory, state.time_s, state).position)
+        flown.append(state.position)
+        speed = 0.95 * speed + STEP_S * stiffness * pushes[max(k - 5, 0)]
+        aside = 0.95 * aside + STEP_S * speed
+    ahead = round(DEFAULT.preview.longest_s / STEP_S)
+    errors = np.array(expected[300:-ahead]) - np.array(flown[300 + ahead :])
+    assert np.sqrt(np.mean(errors**2)) < 0.002
+
+
 def test_a_long_history_forgets_what_is_too_old() -> None:
     history = MotionHistory(span_s=1.0)
     for k in range(1000):

@@ -20,7 +20,7 @@ def random_step(rng: np.random.Generator, where: float = 0.0) -> Step:
         state,
         *(position + rng.normal(size=3), rng.normal(size=3)),
         position + rng.normal(size=3),
-        *np.zeros((4, 3)),
+        *np.zeros((5, 3)),
     )
 
 

@@ -26,7 +26,7 @@ PREVIEW = Preview(position_s=(0.4, 0.3, 0.2), velocity_s=(0.3, 0.2, 0.1))
 def random_step(rng: np.random.Generator, where: float = 0.0) -> Step:
     position = rng.normal(size=3) + where
     state = np.concatenate((position, rng.normal(scale=0.3, size=9)))
-    reference_position, reference_velocity, desired_position, *others = rng.normal(size=(7, 3))
+    reference_position, reference_velocity, desired_position, *others = rng.normal(size=(8, 3))
     return Step(
         state, position + reference_position, reference_velocity, position + desired_position, *others
     )
@@ -36,6 +36,7 @@ def outcome(step: Step) -> Vec3:
     """Where a vehicle of which each axis pulls, accelerates and drifts in its own way comes to be."""
     position, velocity = step.state[:3], step.state[3:6]
     pull = np.array((0.5, 1.0, 2.0)) * (step.reference_position - position) + step.reference_acceleration
+    pull += 0.6 * step.underway
     going_on = np.array((0.9, 0.5, 0.1)) * step.acceleration
     return position + LEADS_S * (velocity + 0.7 * step.drift) + 0.5 * LEADS_S**2 * (pull + going_on)
 
@@ -124,7 +125,7 @@ def test_the_weights_are_those_of_ridge_regression() -> None:
 def test_the_gradient_is_as_uncertain_as_its_weight() -> None:
     """The error of a vehicle at rest, its reference moved aside by d, varies by d² var G."""
     model = trained(window=8, kernel=LinearKernel(prior_variance=1.0, noise_variance=0.1))
-    still = Step(np.zeros(12), *np.zeros((7, 3)))
+    still = Step(np.zeros(12), *np.zeros((8, 3)))
     beside = still._replace(reference_position=np.array((0.0, 0.5, 0.0)))
     predicted = model.predict(beside)
     assert predicted.variance == pytest.approx(0.25 * predicted.gradient_variance[1])
