@@ -9,8 +9,8 @@ from companion.state import VehicleState
 
 _RATE_1_S = 1.5
 """Of the low pass. A velocity is wrong for seconds; the noise of a position, differentiated, is faster."""
-_LONGEST_GAP_S = 0.2
-"""Between two states further apart than this, the velocity in between is not known."""
+LONGEST_GAP_S = 0.2
+"""Between two states further apart than this, the motion in between is not known."""
 
 
 class SlowDrift:
@@ -32,7 +32,7 @@ class SlowDrift:
     def observe(self, state: VehicleState) -> None:
         """Take in the newest state; times rise."""
         before, self._newest = self._newest, state
-        if before is None or not 0.0 < state.time_s - before.time_s <= _LONGEST_GAP_S:
+        if before is None or not 0.0 < state.time_s - before.time_s <= LONGEST_GAP_S:
             return
         elapsed_s = state.time_s - before.time_s
         drift = (state.position - before.position) / elapsed_s - 0.5 * (state.velocity + before.velocity)

@@ -11,7 +11,7 @@ from jaxtyping import Float
 
 from companion.arrays import Array, Vec3
 from companion.autopilot.position_loop import PositionLoop, loop_of
-from companion.flight.drift import SlowDrift
+from companion.flight.drift import LONGEST_GAP_S, SlowDrift
 from companion.flight.guard import limit_length
 from companion.flight.preview import DesiredMotion, desired_ahead, flat_state, state_of
 from companion.flight.reference import Correction, Reference
@@ -23,8 +23,6 @@ from companion.state import VehicleState
 
 Leads: TypeAlias = tuple[float, float, float]
 
-_LONGEST_GAP_S = 0.2
-"""Between two states further apart than this, nothing is interpolated."""
 _RECENT_S = 0.1
 """Over so long the vehicle's acceleration and drift are averaged: the estimator's steps are shorter."""
 _USUAL_LOOP = loop_of((0.95, 1.0, 1.8, 4.0))
@@ -37,8 +35,9 @@ _UNKNOWN = np.full(6, np.nan)
 _UNDERWAY_S = 0.15
 """What was sent in so long has hardly moved the vehicle yet."""
 _DRIFT_WEIGHT = 8.0
-"""An estimate that moves beside its own velocity says that this velocity is wrong. The model is told so, and
-no innovation shows it; but a velocity reference would carry the vehicle off."""
+"""Of the slow drift among the innovations. An estimate that moves beside its own velocity says that this
+velocity is wrong. The model is told so, and no innovation shows it; but a velocity reference would carry the
+vehicle off."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -288,7 +287,7 @@ class MotionHistory:
         if self._times[after] == time_s:
             return self._motions[after]
         gap_s = self._times[after] - self._times[after - 1]
-        if gap_s > _LONGEST_GAP_S:
+        if gap_s > LONGEST_GAP_S:
             return _UNKNOWN
         share = (time_s - self._times[after - 1]) / gap_s
         return (1.0 - share) * self._motions[after - 1] + share * self._motions[after]
