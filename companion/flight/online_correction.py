@@ -3,7 +3,7 @@
 import math
 from bisect import bisect_left
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -15,6 +15,7 @@ from companion.flight.drift import LONGEST_GAP_S, SlowDrift
 from companion.flight.guard import limit_length
 from companion.flight.preview import DesiredMotion, desired_ahead, flat_state, state_of
 from companion.flight.reference import Correction, Reference
+from companion.flight.vertical_integral import VerticalIntegral
 from companion.learning.correction import Confidence, adaptation_gain, certain_share, velocity_correction
 from companion.learning.error_prediction import PredictedError, Step
 from companion.learning.online_model import online_model
@@ -74,6 +75,7 @@ class OnlineCorrection:
         self._awaiting: deque[_Sent] = deque()
         self._underway: deque[_Pull] = deque()
         self._drift = SlowDrift()
+        self._vertical = VerticalIntegral(settings.vertical_integral_1_s)
         self._situation: _Situation | None = None
         self._uncorrected: Reference | None = None
         self.forget_motion()
@@ -112,16 +114,28 @@ class OnlineCorrection:
         alpha = share * adaptation_gain(
             self.settings.gain, predicted.gradient, predicted.gradient_variance, loop.stiffness_1_s2
         )
-        u2 = limit_length(alpha * error, self.settings.longest_m)
+        deviation_m = float(trajectory.at(time_s).position[2] - state.position[2])
+        held = self._vertical.add(deviation_m, float(alpha[2]), self.settings.sample_time_s)
+        u2 = limit_length(alpha * error + np.array((0.0, 0.0, held)), self.settings.longest_m)
         velocity = self._velocity_correction(u2, velocity_error, loop)
         self._previous_u2 = u2
         correction = within_pull(Correction(u2, velocity), self.loop, self.settings.sideways_m_s2)
         return OnlineStep(correction, predicted, alpha)
 
     def sent(
-        self, reference: Reference, trajectory: DesiredMotion, time_s: float, state: VehicleState
+        self,
+        reference: Reference,
+        trajectory: DesiredMotion,
+        time_s: float,
+        state: VehicleState,
+        share: float = 1.0,
     ) -> PredictedError:
-        """Remember what was sent at `state` until it is known where it led; what is expected of that."""
+        """Remember what was sent at `state` until it is known where it led; what is expected of that.
+
+        `share` of the correction is in it. What is held against a load is left out: both move nothing.
+        """
+        held = np.array((0.0, 0.0, share * self._vertical.offset_m))
+        reference = replace(reference, position=reference.position - held)
         step = self._step(reference, trajectory, time_s, state)
         predicted = self._model.predict(step)
         self._awaiting.append(_Sent(state.time_s, step, predicted))

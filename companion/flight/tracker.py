@@ -109,7 +109,10 @@ class Tracker:
         """
         if self._correction is None:
             return None
-        predicted = self._correction.sent(reference, self.trajectory, state.time_s - self.start_s, state)
+        share = 1.0 if self._supervision is None else self._supervision.shares.correction
+        predicted = self._correction.sent(
+            reference, self.trajectory, state.time_s - self.start_s, state, share
+        )
         return state.time_s + self._correction.settings.preview.longest_s, predicted.error
 
 

@@ -47,6 +47,8 @@ class OnlineSettings(BaseModel):
             velocity error so that it calls for `damping_1_s`, and by the estimate's slow drift
             (`flight.drift`), or not at all.
         damping_1_s: acceleration for a predicted velocity error (1/s).
+        vertical_integral_1_s: how fast the vertical tracking error is integrated (1/s), against weight and
+            thrust that have changed (`flight.vertical_integral`); 0: not.
         lead: how much early the reference is sent on which the correction rests.
         caution: how much an innovation counts against a predicted error (`correction.Confidence`); 0: not.
         velocity_caution: the same of the velocity, where the estimate's slow drift counts as innovation too.
@@ -72,6 +74,7 @@ class OnlineSettings(BaseModel):
     sideways_m_s2: PositiveFloat = 100.0
     velocity: Literal["finite_difference", "predicted", "uncorrected"]
     damping_1_s: NonNegativeFloat = 0.0
+    vertical_integral_1_s: NonNegativeFloat = 0.0
     lead: ReferenceLead = ReferenceLead()
     caution: NonNegativeFloat = 0.0
     velocity_caution: NonNegativeFloat = 0.0
@@ -112,6 +115,7 @@ DEFAULT = OnlineSettings(
     sideways_m_s2=2.0,
     velocity="predicted",
     damping_1_s=10.0,
+    vertical_integral_1_s=0.5,
     lead=ReferenceLead(position_s=0.03, velocity_s=0.06, acceleration_s=0.15, vertical_acceleration_s=0.06),
     velocity_caution=2.0,
     network_share=0.3,
@@ -127,6 +131,7 @@ ESTIMATED = DEFAULT.model_copy(
         "gain": EstimatedGain(least=1.0, most=4.0),
         "corrected": "error",
         "velocity": "uncorrected",
+        "vertical_integral_1_s": 0.0,
         "variance_caution": 1.0,
     }
 )

@@ -158,9 +158,44 @@ def test_the_autopilot_is_asked_for_as_much_less_as_the_estimate_drifts() -> Non
     np.testing.assert_allclose(online.u2.velocity, -drift, atol=0.03)
 
 
+def test_what_is_held_against_a_load_is_none_of_the_models_business() -> None:
+    """A vehicle that hangs 2 cm low: only the integral answers, and the model learns nothing of it."""
+    correction, trajectory, low = OnlineCorrection(DEFAULT), _wave(), np.array((0.0, 0.0, 0.02))
+    plain = OnlineCorrection(DEFAULT.model_copy(update={"vertical_integral_1_s": 0.0}))
+    for k in range(500):
+        at = trajectory.at(k * STEP_S)
+        state, u1 = _state(k * STEP_S, at.position + low, at.velocity), Reference(*at)
+        online = [each.correct(u1, trajectory, state.time_s, state) for each in (correction, plain)]
+        for each, step in zip((correction, plain), online, strict=True):
+            each.observe(state)
+            each.sent(u1.corrected(step.u2), trajectory, state.time_s, state)
+    held, not_held = (step.u2.position for step in online)
+    np.testing.assert_allclose(held - not_held, (0.0, 0.0, held[2] - not_held[2]), atol=1e-9)
+    assert held[2] < not_held[2] - 0.1
+    np.testing.assert_allclose(online[0].predicted.position, online[1].predicted.position, atol=1e-6)
+
+
+def test_of_a_correction_in_part_only_that_part_is_held() -> None:
+    trajectory, low = _wave(), np.array((0.0, 0.0, 0.02))
+    predicted = []
+    for share in (1.0, 0.5):
+        correction = OnlineCorrection(DEFAULT)
+        for k in range(500):
+            at = trajectory.at(k * STEP_S)
+            state, u1 = _state(k * STEP_S, at.position + low, at.velocity), Reference(*at)
+            correction.observe(state)
+            u2 = correction.correct(u1, trajectory, state.time_s, state).u2
+            held = np.array((0.0, 0.0, correction._vertical.offset_m))
+            sent = u1.corrected(Correction(share * held, np.zeros(3)))
+            predicted.append(correction.sent(sent, trajectory, state.time_s, state, share).position)
+        assert np.abs(u2.position[2]) > 0.1
+    np.testing.assert_allclose(predicted[:500], predicted[500:], atol=1e-9)
+
+
 def test_what_is_under_way_is_reckoned_with() -> None:
     """Corrections that come as a surprise, and act 0.1 s late."""
-    correction, trajectory, rng = OnlineCorrection(DEFAULT), _wave(), np.random.default_rng(0)
+    settings = DEFAULT.model_copy(update={"vertical_integral_1_s": 0.0})
+    correction, trajectory, rng = OnlineCorrection(settings), _wave(), np.random.default_rng(0)
     stiffness = correction.loop.stiffness_1_s2
     pushes = 0.1 * rng.choice((-1.0, 1.0), size=(60, 3)).repeat(10, axis=0)
     aside, speed = np.zeros(3), np.zeros(3)
