@@ -338,7 +338,7 @@ class _Flight:
 
     async def _begin(self, trajectory: Trajectory, stream: SetpointStream) -> tuple[Tracker, float]:
         """Go to the start and settle there, the strategy active; what tracks then, and since when (s)."""
-        state = await self.telemetry.next_state()
+        state = stream.control.newest or await self.telemetry.next_state()
         start = trajectory.at(0.0).position
         approach = Tracker(rest_to_rest(state.position, start), clock.now())
         self.note("going to the start")
@@ -354,7 +354,7 @@ class _Flight:
 
     async def _join(self, trajectory: Trajectory, stream: SetpointStream) -> tuple[Tracker, float]:
         """Speed up onto the trajectory where it is nearest; what tracks it, and since when (s)."""
-        state = await self.telemetry.next_state()
+        state = stream.control.newest or await self.telemetry.next_state()
         way, joins_s = joining(state.position, trajectory)
         self.note(f"resuming {trajectory.name} at {joins_s:.1f} s")
         joining_tracker = self._tracker(way, clock.now())

@@ -33,6 +33,7 @@ _LOOP_DELAY_S = 0.1
 """About what a multirotor takes from a setpoint to its acceleration. The stiffness that a loop bears goes
 with the inverse square of its delay."""
 _UNKNOWN = np.full(6, np.nan)
+_DOWN = np.array((0.0, 0.0, 1.0))
 _UNDERWAY_S = 0.15
 """What was sent in so long has hardly moved the vehicle yet."""
 _DRIFT_WEIGHT = 8.0
@@ -75,7 +76,8 @@ class OnlineCorrection:
         self._awaiting: deque[_Sent] = deque()
         self._underway: deque[_Pull] = deque()
         self._drift = SlowDrift()
-        self._vertical = VerticalIntegral(settings.vertical_integral_1_s)
+        self._vertical = VerticalIntegral(settings.vertical_integral_1_s, 0.5 * settings.longest_m)
+        self._flown_share = 1.0
         self._situation: _Situation | None = None
         self._uncorrected: Reference | None = None
         self.forget_motion()
@@ -114,9 +116,9 @@ class OnlineCorrection:
         alpha = share * adaptation_gain(
             self.settings.gain, predicted.gradient, predicted.gradient_variance, loop.stiffness_1_s2
         )
-        deviation_m = float(trajectory.at(time_s).position[2] - state.position[2])
-        held = self._vertical.add(deviation_m, float(alpha[2]), self.settings.sample_time_s)
-        u2 = limit_length(alpha * error + np.array((0.0, 0.0, held)), self.settings.longest_m)
+        deviation_m = self._flown_share * float(trajectory.at(time_s).position[2] - state.position[2])
+        load_m = self._vertical.add(deviation_m, float(alpha[2]), self.settings.sample_time_s)
+        u2 = limit_length(alpha * error + load_m * _DOWN, self.settings.longest_m)
         velocity = self._velocity_correction(u2, velocity_error, loop)
         self._previous_u2 = u2
         correction = within_pull(Correction(u2, velocity), self.loop, self.settings.sideways_m_s2)
@@ -128,14 +130,16 @@ class OnlineCorrection:
         trajectory: DesiredMotion,
         time_s: float,
         state: VehicleState,
-        share: float = 1.0,
+        flown_share: float = 1.0,
     ) -> PredictedError:
         """Remember what was sent at `state` until it is known where it led; what is expected of that.
 
-        `share` of the correction is in it. What is held against a load is left out: both move nothing.
+        `flown_share` of the correction is in it. What is held against the load is left out, as the load is:
+        together they move nothing.
         """
-        held = np.array((0.0, 0.0, share * self._vertical.offset_m))
-        reference = replace(reference, position=reference.position - held)
+        self._flown_share = flown_share
+        unloaded = reference.position - self._vertical.offset_m * _DOWN
+        reference = replace(reference, position=unloaded)
         step = self._step(reference, trajectory, time_s, state)
         predicted = self._model.predict(step)
         self._awaiting.append(_Sent(state.time_s, step, predicted))

@@ -109,10 +109,9 @@ class Tracker:
         """
         if self._correction is None:
             return None
-        share = 1.0 if self._supervision is None else self._supervision.shares.correction
-        predicted = self._correction.sent(
-            reference, self.trajectory, state.time_s - self.start_s, state, share
-        )
+        flown_share = 1.0 if self._supervision is None else self._supervision.shares.correction
+        time_s = state.time_s - self.start_s
+        predicted = self._correction.sent(reference, self.trajectory, time_s, state, flown_share)
         return state.time_s + self._correction.settings.preview.longest_s, predicted.error
 
 

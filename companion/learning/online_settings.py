@@ -131,6 +131,8 @@ ESTIMATED = DEFAULT.model_copy(
         "gain": EstimatedGain(least=1.0, most=4.0),
         "corrected": "error",
         "velocity": "uncorrected",
+        "velocity_caution": 0.0,
+        "damping_1_s": 0.0,
         "vertical_integral_1_s": 0.0,
         "variance_caution": 1.0,
     }
