@@ -3,13 +3,13 @@
 import numpy as np
 
 from companion.arrays import Vec3
+from companion.flight.instants import instants
 from companion.trajectory.trajectory import Trajectory, quintic_through
 
 APPROACH_SPEED_M_S = 1.0
 _PEAK_OVER_MEAN_SPEED = 1.875  # of a quintic from rest to rest
 _SHORTEST_S = 1.0
 _SHORTEST_JOINING_S = 2.0
-_LOOK_EVERY_S = 0.02
 
 
 def rest_at(position: Vec3, name: str = "hold") -> Trajectory:
@@ -32,7 +32,7 @@ def joining(position: Vec3, trajectory: Trajectory) -> tuple[Trajectory, float]:
         The way there, which ends with the trajectory's own velocity and acceleration, and the time on the
         trajectory at which it does (s).
     """
-    times_s = np.append(np.arange(0.0, trajectory.duration_s, _LOOK_EVERY_S), trajectory.duration_s)
+    times_s = instants(trajectory)
     distances_m = np.linalg.norm(trajectory.sample(times_s).position - position, axis=1)
     nearest = int(distances_m.argmin())
     at_ease_s = _PEAK_OVER_MEAN_SPEED * float(distances_m[nearest]) / APPROACH_SPEED_M_S

@@ -12,11 +12,11 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, PositiveFloat, m
 
 from companion.arrays import Array, Vec3, Vec3s
 from companion.errors import InputError
+from companion.flight.instants import instants
 from companion.trajectory.trajectory import Trajectory
 
 MARGIN_M = 5.0
 """A fence around a path leaves it this much room: more than the tracking error that ends a flight."""
-LOOK_EVERY_S = 0.02
 ROUNDING_M = 1e-6
 
 Place: TypeAlias = Float[Array, "2"]
@@ -127,7 +127,7 @@ class Areas(BaseModel):
         """
         if not self:
             return
-        times_s = np.arange(0.0, trajectory.duration_s, LOOK_EVERY_S)
+        times_s = instants(trajectory)
         beyond_m = [self.beyond_m(place) for place in trajectory.sample(times_s).position[:, :2]]
         worst = int(np.argmax(beyond_m))
         if beyond_m[worst] > ROUNDING_M:
@@ -182,7 +182,7 @@ class Fence(Areas):
         Raises:
             InputError: it leaves the fence; names where, and by how much.
         """
-        positions = trajectory.sample(np.arange(0.0, trajectory.duration_s, LOOK_EVERY_S)).position
+        positions = trajectory.sample(instants(trajectory)).position
         low, high = self.corners()
         beyond = np.maximum(low - positions.min(axis=0), positions.max(axis=0) - high)
         if (beyond > ROUNDING_M).any():

@@ -9,7 +9,8 @@ from pydantic import BaseModel, ConfigDict, FiniteFloat, NonNegativeFloat
 
 from companion.arrays import Array, Vec3
 from companion.errors import InputError
-from companion.flight.fence import LOOK_EVERY_S, ROUNDING_M, Areas, Place, Places
+from companion.flight.fence import ROUNDING_M, Areas, Place, Places
+from companion.flight.instants import instants
 from companion.trajectory.trajectory import Trajectory
 
 _Distances: TypeAlias = Float[Array, " n"]
@@ -76,7 +77,7 @@ class Bounds(BaseModel):
         Raises:
             InputError: names the parameter and its value, and says when, and by how much.
         """
-        times_s = np.arange(0.0, trajectory.duration_s, LOOK_EVERY_S)
+        times_s = instants(trajectory)
         position = trajectory.sample(times_s).position
         low_m, high_m = self.altitude_m
         beyond: tuple[tuple[Bound | None, _Distances], ...] = (

@@ -12,6 +12,8 @@ from companion.arrays import Vec3
 from companion.errors import InputError
 from companion.flight.approach import rest_to_rest
 from companion.flight.fence import Areas, Circle, Fence, Place, Polygon, keep_inside
+from companion.flight.vehicle_fence import Bound, Bounds, VehicleFence
+from companion.trajectory.trajectory import Trajectory, quintic_through
 
 HOME = np.array([1.0, -2.0, 0.5])
 L_SHAPE = Polygon(corners_m=((-4, -4), (8, -4), (8, 0), (0, 0), (0, 8), (-4, 8)))
@@ -111,3 +113,26 @@ def test_a_trajectory_that_leaves_is_refused(areas: Areas) -> None:
     with pytest.raises(InputError, match="beyond the guard's fence"):
         Fence(circles=areas.circles, polygons=areas.polygons).require_inside(way)
     Areas(circles=(Circle(radius_m=5.0),)).require_inside(way, "the vehicle's fence")
+
+
+def outwards() -> Trajectory:
+    """Begins at rest, and ends 1 m north at 10 m/s: between two looks it flies 0.2 m."""
+    north = np.array((1.0, 0.0, 0.0))
+    ends = [
+        np.outer(end, north) + offset for end, offset in (((0, 1), (0, 0, -2)), ((0, 10), 0), ((0, 0), 0))
+    ]
+    return quintic_through("outwards", 0.219, *ends)
+
+
+@pytest.mark.parametrize(
+    "fence",
+    [
+        Areas(circles=(Circle(radius_m=0.95),)),
+        Fence(north_m=(-5.0, 0.95)),
+        VehicleFence(bounds=Bounds(distance=Bound(parameter="FENCE_RADIUS", value_m=0.95, margin_m=0.0))),
+    ],
+    ids=["areas", "box", "bounds"],
+)
+def test_a_trajectory_is_looked_at_to_its_end(fence: Areas) -> None:
+    with pytest.raises(InputError, match=r"0\.05 m"):
+        fence.require_inside(outwards(), "the fence")
