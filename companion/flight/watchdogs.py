@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 from enum import StrEnum
 from typing import Any, NamedTuple, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, NonNegativeFloat, PositiveFloat, model_validator
+from pydantic import BaseModel, ConfigDict, NonNegativeFloat, PositiveFloat, field_validator, model_validator
 
 from companion.errors import TrackingError
 
@@ -56,7 +56,7 @@ class Watchdogs(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     state_age_s: Watchdog = Watchdog(limit=0.5)
-    """Age of the vehicle's state; from an older one no setpoint is made."""
+    """Age of the vehicle's state; from an older one no setpoint is made, so it acts at once."""
     lateness_s: Watchdog = Watchdog(limit=0.9)
     """How late the control loop woke: the process was held up."""
     computing: Watchdog = Watchdog(limit=1.0, lasts_s=0.3, action=Action.FALL_BACK)
@@ -77,6 +77,16 @@ class Watchdogs(BaseModel):
     """From the estimate to where GPS has the vehicle; of a receiver that claims n metres, an nth of it."""
     temperature_c: Watchdog = Watchdog(limit=95.0, lasts_s=5.0, action=Action.LAND)
     """Of the companion's processor, where Linux tells it."""
+
+    @field_validator("state_age_s")
+    @classmethod
+    def _ends_the_flight_at_once(cls, row: Watchdog) -> Watchdog:
+        if row.lasts_s > 0.0 or row.action is Action.FALL_BACK:
+            raise ValueError(
+                "without a state no strategy has anything to go on, so this row takes no lasts_s but 0, "
+                "and no action but one that ends the flight: hold, land, return or yield"
+            )
+        return row
 
     @model_validator(mode="before")
     @classmethod

@@ -60,6 +60,17 @@ def test_a_wrong_table_is_refused(row: object) -> None:
         Watchdogs.model_validate(row)
 
 
+@pytest.mark.parametrize("row", [{"lasts_s": 0.1}, {"action": "fall back"}])
+def test_without_a_state_there_is_nothing_to_wait_for_or_to_fall_back_on(row: dict[str, object]) -> None:
+    with pytest.raises(ValidationError, match="one that ends the flight: hold, land, return or yield"):
+        Watchdogs.model_validate({"state_age_s": row})
+
+
+def test_which_action_ends_a_flight_without_a_state_can_be_chosen() -> None:
+    table = Watchdogs.model_validate({"state_age_s": {"limit": 0.3, "lasts_s": 0.0, "action": "land"}})
+    assert table.state_age_s == Watchdog(limit=0.3, action=Action.LAND)
+
+
 def test_expectations_that_do_not_come_true_show() -> None:
     expectation = Expectation()
     expectation.compare(0.0, np.array([1.0, 0.0, 0.0]))
