@@ -21,7 +21,7 @@ from companion.flight.states import Event, FlightState, next_state
 from companion.flight.strategies import position_velocity
 from companion.flight.stream import SetpointStream
 from companion.flight.takeoff import Announce, home_of, is_flying, take_off
-from companion.flight.tracker import PLAIN, Tracker, tracking_error_m
+from companion.flight.tracker import Tracker, tracking_error_m
 from companion.flight.watchdogs import Action, Alarm, Readings, WatchdogError
 from companion.flight.watching import keep_watch, of_vehicle, with_stream
 from companion.link.status import Landed
@@ -82,11 +82,12 @@ async def fly(
         temperature_c: of the companion's processor (°C); NaN where it is not known.
 
     Raises:
+        FlightError: there is nothing to resume, or nobody asked to resume what was cut off in the air.
         RefusedError: the vehicle refused to arm, take off or be guided.
-        TrackingError: the guard ended the flight.
+        TrackingError: the guard ended the flight, or, as `WatchdogError`, a watchdog.
         TakenError: the vehicle changed its mode unasked.
         GapError: setpoints stopped for so long that the vehicle's failsafe has acted.
-        LinkError: the vehicle fell silent.
+        LinkError: the vehicle fell silent, or, as `NoReplyError`, left a request unanswered.
     """
     flight = _Flight(
         plan, autopilot, telemetry, recorder or FlightRecorder(), announce, progress, on_state, temperature_c
@@ -192,20 +193,11 @@ class _Flight:
             )
             tracker, from_s = await begin(trajectory, stream)
             self.came(Event.TRACK)
-            errors = ErrorSum(
-                lambda time_s: trajectory.at(time_s - tracker.start_s).position,
-                from_s,
-                max(tracker.end_s, from_s + _LEAST_MEASURED_S),
-            )
-            if (first := self.telemetry.state) is not None:  # it may be of the first instant
-                errors.add(first.time_s, first.position)
-            unsubscribe = self.telemetry.subscribe(lambda state: errors.add(state.time_s, state.position))
-            await self._track(tracker)
-            unsubscribe()
+            accuracy = await self._measure(tracker, from_s)
             self.note("holding")
             await self.autopilot.hold()
             self.came(Event.HOLD)
-        return _Tracked(trajectory, tracker.start_s, errors.accuracy, control.clips)
+        return _Tracked(trajectory, tracker.start_s, accuracy, control.clips)
 
     async def hand_back(self) -> None:
         """As the plan says, after the hold."""
@@ -261,9 +253,11 @@ class _Flight:
 
     def _fall_back(self, stream: SetpointStream | None, alarm: Alarm) -> None:
         """Track with nothing but the plain strategy from now on."""
+        if self.plan.is_plain:
+            return
+        self.note(f"falling back on the plain strategy: {alarm}")
         self.plan = replace(self.plan, law=position_velocity, correction=None, supervision=None)
-        if stream is not None and stream.control.tracker.law_name != PLAIN:
-            self.note(f"falling back on the plain strategy: {alarm}")
+        if stream is not None:
             stream.fall_back()
 
     async def leave_in_a_hold(self) -> None:
@@ -366,6 +360,22 @@ class _Flight:
 
     def _tracker(self, trajectory: Trajectory, start_s: float) -> Tracker:
         return Tracker(trajectory, start_s, self.plan.law, self.plan.correction, self.plan.supervision)
+
+    async def _measure(self, tracker: Tracker, from_s: float) -> TrackingAccuracy:
+        """Track to the end; how closely that was done from `from_s` (companion clock, s) on."""
+        errors = ErrorSum(
+            lambda time_s: tracker.trajectory.at(time_s - tracker.start_s).position,
+            from_s,
+            max(tracker.end_s, from_s + _LEAST_MEASURED_S),
+        )
+        if (first := self.telemetry.state) is not None:  # it may be of the first instant
+            errors.add(first.time_s, first.position)
+        unsubscribe = self.telemetry.subscribe(lambda state: errors.add(state.time_s, state.position))
+        try:
+            await self._track(tracker)
+        finally:
+            unsubscribe()
+        return errors.accuracy
 
     async def _track(self, tracker: Tracker) -> None:
         """Tell how far the vehicle is, until the trajectory and its last telemetry are over."""

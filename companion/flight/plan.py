@@ -58,6 +58,11 @@ class FlightPlan:
     resume: bool = False
     cut_off: str = ""
 
+    @property
+    def is_plain(self) -> bool:
+        """Whether its strategy is the plain one: nothing learned, nothing ahead of its time."""
+        return self.law is position_velocity and self.correction is None
+
 
 @dataclass(frozen=True)
 class FlightOutcome:

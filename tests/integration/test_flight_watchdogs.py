@@ -177,6 +177,33 @@ def test_what_takes_too_long_is_flown_no_more(seconds: float) -> None:
     assert all(math.isnan(number) for number in sent.acceleration[late, 0])
 
 
+@pytest.mark.parametrize("phase", ["taking off", "going to the start"])
+def test_a_fall_back_before_the_strategy_is_flown_is_told_and_lasts(phase: str) -> None:
+    watchdogs = Watchdogs(battery_used=Watchdog(limit=0.9, action=Action.FALL_BACK))
+    plan = FlightPlan(straight(), position_velocity_acceleration, limits=GuardLimits(watchdogs=watchdogs))
+    trouble = telling(BATTERY, battery_remaining=5)
+    pilot, outcome, error = fly_with(TamperedLink(), trouble, phase=phase, after_s=0.0, plan=plan)
+    assert error is None
+    (told,) = fell_back(pilot)
+    assert pilot.announced.index(told) < pilot.announced.index("settling")
+    assert outcome is not None
+    assert np.isnan(outcome.recording.references.acceleration).all()
+
+
+def test_a_flight_that_is_plain_has_nothing_to_fall_back_on() -> None:
+    watchdogs = Watchdogs(battery_used=Watchdog(limit=0.9, action=Action.FALL_BACK))
+    plan = FlightPlan(straight(), limits=GuardLimits(watchdogs=watchdogs))
+    pilot, _, error = fly_with(TamperedLink(), telling(BATTERY, battery_remaining=5), plan=plan)
+    assert error is None
+    assert fell_back(pilot) == []
+
+
+def test_a_flight_that_is_ended_listens_no_more() -> None:
+    pilot, _, error = fly_with(TamperedLink(), telling(BATTERY, battery_remaining=5))
+    assert isinstance(error, WatchdogError)
+    assert pilot.telemetry._handlers == ()
+
+
 def test_errors_that_nobody_predicted_end_the_learning_not_the_flight() -> None:
     class Blind(OnlineCorrection):
         def sent(self, *args: Any) -> Any:
