@@ -46,4 +46,4 @@ def test_a_vehicle_at_its_limits_is_asked_for_no_more(error_m: float) -> None:
 
 
 def test_nothing_is_integrated_at_no_rate() -> None:
-    assert VerticalIntegral(rate_1_s=0.0, farthest_m=0.4).add(0.5, alpha=8.0, duration_s=1.0) == 0.0
+    assert VerticalIntegral(rate_1_s=0.0, farthest_m=0.4).add(0.1, alpha=8.0, duration_s=1.0) == 0.0
