@@ -67,7 +67,7 @@ def require_flyable(trajectory: Trajectory, limits: GuardLimits) -> None:
     """Refuse a trajectory, NED relative to the takeoff point, that the guard would have to clip.
 
     Raises:
-        InputError: it leaves the fence, or is faster or more jolting than the limits; says by how much.
+        InputError: it leaves the fence, or its speed or acceleration is above the limit; says by how much.
     """
     limits.fence.require_inside(trajectory)
     peaks = peaks_of(trajectory)
