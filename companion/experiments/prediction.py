@@ -13,7 +13,8 @@ import numpy as np
 
 from companion.arrays import Vec3
 from companion.errors import InputError
-from companion.flight.online_correction import MotionHistory, OnlineCorrection
+from companion.flight.motion_history import MotionHistory
+from companion.flight.online_correction import OnlineCorrection
 from companion.flight.reference import Reference
 from companion.learning.features import Preview
 from companion.learning.online_settings import DEFAULT, OnlineSettings

@@ -1,18 +1,17 @@
 """The online module in flight: pairs what was sent with where it led, and corrects what is sent next."""
 
 import math
-from bisect import bisect_left
 from collections import deque
 from dataclasses import dataclass, replace
-from typing import TypeAlias
 
 import numpy as np
 from jaxtyping import Float
 
 from companion.arrays import Array, Vec3
 from companion.autopilot.position_loop import PositionLoop, loop_of
-from companion.flight.drift import LONGEST_GAP_S, SlowDrift
+from companion.flight.drift import SlowDrift
 from companion.flight.guard import limit_length
+from companion.flight.motion_history import RECENT_S, MotionHistory
 from companion.flight.preview import DesiredMotion, desired_ahead, flat_state, state_of
 from companion.flight.reference import Correction, Reference
 from companion.flight.vertical_integral import VerticalIntegral
@@ -22,17 +21,12 @@ from companion.learning.online_model import online_model
 from companion.learning.online_settings import OnlineSettings
 from companion.state import VehicleState
 
-Leads: TypeAlias = tuple[float, float, float]
-
-_RECENT_S = 0.1
-"""Over so long the vehicle's acceleration and drift are averaged: the estimator's steps are shorter."""
 _USUAL_LOOP = loop_of((0.95, 1.0, 1.8, 4.0))
 _BEARABLE_LATENESS_S = 0.03
 """Of telemetry: up to it the gains are as they are set."""
 _LOOP_DELAY_S = 0.1
 """About what a multirotor takes from a setpoint to its acceleration. The stiffness that a loop bears goes
 with the inverse square of its delay."""
-_UNKNOWN = np.full(6, np.nan)
 _DOWN = np.array((0.0, 0.0, 1.0))
 _UNDERWAY_S = 0.15
 """What was sent in so long has hardly moved the vehicle yet."""
@@ -59,6 +53,8 @@ class OnlineStep:
 
 class OnlineCorrection:
     """u2 = α e_p (paper, Eqn. adaptationForm) from a model of the last seconds of flight (Remark 1).
+
+    It belongs to one flight. `observe` is called with each state, and once a step `correct`, then `sent`.
 
     Attributes:
         settings: all that it needs to be told.
@@ -101,7 +97,10 @@ class OnlineCorrection:
     def correct(
         self, u1: Reference, trajectory: DesiredMotion, time_s: float, state: VehicleState
     ) -> OnlineStep:
-        """The correction for u1 at `time_s` on the trajectory (s), the vehicle being in `state`."""
+        """The correction for u1 at `time_s` on the trajectory (s), the vehicle being in `state`.
+
+        Once a step: what is predicted counts towards the confidence, and the vertical error is integrated.
+        """
         self._uncorrected = u1
         predicted = self._model.predict(self._step(u1, trajectory, time_s, state))
         if not len(self._model):
@@ -134,6 +133,7 @@ class OnlineCorrection:
     ) -> PredictedError:
         """Remember what was sent at `state` until it is known where it led; what is expected of that.
 
+        Once a step, after `correct`: what the correction asked for is told by the difference from its u1.
         `flown_share` of the correction is in it. What is held against the load is left out, as the load is:
         together they move nothing.
         """
@@ -180,7 +180,7 @@ class OnlineCorrection:
             *(flat_state(trajectory, time_s), u1.position, u1.velocity),
             *desired_ahead(trajectory, time_s, self.settings.preview),
             np.zeros(3) if u1.acceleration is None else u1.acceleration,
-            acceleration=trajectory.at(time_s - 0.5 * _RECENT_S).acceleration,
+            acceleration=trajectory.at(time_s - 0.5 * RECENT_S).acceleration,
             drift=np.zeros(3),
             underway=np.zeros(3),
         )
@@ -258,54 +258,3 @@ class _Pull:
 
     time_s: float
     acceleration: Vec3
-
-
-class MotionHistory:
-    """Where the vehicle was and how fast, at any instant of the last `span_s` seconds."""
-
-    def __init__(self, span_s: float) -> None:
-        self._span_s = span_s
-        self._times: list[float] = []
-        self._motions: list[Float[Array, "6"]] = []
-
-    def append(self, state: VehicleState) -> None:
-        """Take in the newest state; times rise."""
-        self._times.append(state.time_s)
-        self._motions.append(np.concatenate((state.position, state.velocity)))
-        if self._times[0] < state.time_s - 2.0 * self._span_s:  # rarely, so that it costs little
-            kept = bisect_left(self._times, state.time_s - self._span_s)
-            del self._times[:kept], self._motions[:kept]
-
-    def position(self, time_s: float, leads_s: Leads) -> Vec3:
-        """Each axis of the position (m) its own lead after `time_s`; NaN where no states are near enough."""
-        at = {lead_s: self._at(time_s + lead_s) for lead_s in set(leads_s)}
-        return np.array([at[lead_s][axis] for axis, lead_s in enumerate(leads_s)])
-
-    def velocity(self, time_s: float, leads_s: Leads) -> Vec3:
-        """The same of the velocity (m/s)."""
-        at = {lead_s: self._at(time_s + lead_s) for lead_s in set(leads_s)}
-        return np.array([at[lead_s][3 + axis] for axis, lead_s in enumerate(leads_s)])
-
-    def recent(self, state: VehicleState) -> tuple[Vec3, Vec3]:
-        """Mean acceleration (m/s²) and drift (m/s) over the last `_RECENT_S` before `state`, or zeros.
-
-        Drift is how fast the position moved beside its own velocity.
-        """
-        past = self._at(state.time_s - _RECENT_S)
-        if np.isnan(past).any():
-            return np.zeros(3), np.zeros(3)
-        moved = (state.position - past[:3]) / _RECENT_S
-        return (state.velocity - past[3:]) / _RECENT_S, moved - 0.5 * (state.velocity + past[3:])
-
-    def _at(self, time_s: float) -> Float[Array, "6"]:
-        """Linear between two states."""
-        after = bisect_left(self._times, time_s)
-        if after == len(self._times) or (after == 0 and self._times[0] > time_s):
-            return _UNKNOWN
-        if self._times[after] == time_s:
-            return self._motions[after]
-        gap_s = self._times[after] - self._times[after - 1]
-        if gap_s > LONGEST_GAP_S:
-            return _UNKNOWN
-        share = (time_s - self._times[after - 1]) / gap_s
-        return (1.0 - share) * self._motions[after - 1] + share * self._motions[after]

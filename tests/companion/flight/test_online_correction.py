@@ -7,7 +7,7 @@ import pytest
 
 from companion.arrays import Vec3
 from companion.autopilot.position_loop import PositionLoop
-from companion.flight.online_correction import MotionHistory, OnlineCorrection, within_pull
+from companion.flight.online_correction import OnlineCorrection, within_pull
 from companion.flight.preview import desired_ahead
 from companion.flight.reference import Correction, Reference
 from companion.flight.strategies import position_velocity
@@ -110,29 +110,6 @@ def test_a_late_link_bears_less_correction() -> None:
     np.testing.assert_allclose(gain(0.08), gain(0.0) / 4.0, rtol=1e-3)
 
 
-def test_a_motion_is_interpolated_but_not_across_gaps() -> None:
-    history = MotionHistory(span_s=10.0)
-    for time_s in (0.0, 0.1, 0.5):
-        history.append(_state(time_s, np.array([time_s, 2.0 * time_s, 0.0]), np.full(3, time_s)))
-    np.testing.assert_allclose(history.position(0.04, (0.0, 0.01, 0.0)), [0.04, 0.10, 0.0])
-    np.testing.assert_allclose(history.velocity(0.1, (0.0, 0.0, 0.0)), np.full(3, 0.1))
-    for unknown_s in (-0.1, 0.3, 0.6):
-        assert np.isnan(history.position(unknown_s, (0.0, 0.0, 0.0))).all()
-
-
-def test_recent_acceleration_and_drift() -> None:
-    history = MotionHistory(span_s=10.0)
-    states = [
-        _state(t, np.array([0.0, 0.5 * t**2 + 0.3 * t, t]), np.array([0.0, t, 1.0])) for t in (1.0, 1.1)
-    ]
-    for state in states:
-        history.append(state)
-    acceleration, drift = history.recent(states[1])
-    np.testing.assert_allclose(acceleration, [0.0, 1.0, 0.0], atol=1e-9)
-    np.testing.assert_allclose(drift, [0.0, 0.3, 0.0], atol=1e-9)
-    np.testing.assert_array_equal(history.recent(states[0]), np.zeros((2, 3)))
-
-
 def test_what_was_sent_is_predicted_by_what_it_led_to() -> None:
     correction, trajectory = OnlineCorrection(DEFAULT), _wave()
     expected, came = [], []
@@ -208,14 +185,6 @@ def test_what_is_under_way_is_reckoned_with() -> None:
     ahead = round(DEFAULT.preview.longest_s / STEP_S)
     errors = np.array(expected[300:-ahead]) - np.array(flown[300 + ahead :])
     assert np.sqrt(np.mean(errors**2)) < 0.002
-
-
-def test_a_long_history_forgets_what_is_too_old() -> None:
-    history = MotionHistory(span_s=1.0)
-    for k in range(1000):
-        history.append(_state(0.01 * k, np.zeros(3), np.zeros(3)))
-    assert np.isnan(history.position(5.0, (0.0, 0.0, 0.0))).all()
-    assert np.isfinite(history.position(9.5, (0.0, 0.0, 0.0))).all()
 
 
 def test_each_axis_is_desired_at_its_own_lead() -> None:
