@@ -102,7 +102,7 @@ FORMS: Mapping[FormName, Form] = MappingProxyType(
             inputs=_paper_inputs,
             origin=_desired,
             reference=slice(12, 15),
-            size=24,
+            size=len(ERROR_INPUTS),
         ),
         "position": Form(
             inputs=_paper_inputs,
@@ -129,7 +129,8 @@ class PredictedError:
         velocity_error: the same of the velocity (m/s).
         position: ŷ(k+r) (m).
         velocity: its velocity (m/s).
-        variance: of each of them, in their own unit squared.
+        variance: of each of them in its own unit squared, where they share one (`ErrorModel`); else the
+            largest of the position's axes (m², `MotionModel`).
         gradient: ∂F/∂u1 = ∂e_p/∂u1, row: error, column: reference position.
         gradient_variance: of its diagonal.
     """
@@ -179,8 +180,3 @@ class ErrorModel:
             gradient=-prediction.gradient[:3, self._form.reference],
             gradient_variance=gradient_variance(self._posterior, inputs, self._form.reference),
         )
-
-    def forget(self) -> None:
-        """Start anew, as after a gap in the telemetry."""
-        self._window.clear()
-        self._posterior = None

@@ -66,10 +66,6 @@ class SlidingWindow:
         self._taken += 1
         return True
 
-    def clear(self) -> None:
-        """Forget everything."""
-        self._taken = 0
-
 
 @dataclass(frozen=True, eq=False)
 class Posterior:
@@ -104,7 +100,7 @@ class Prediction(NamedTuple):
     gradient: Float[Array, "m d"]
 
 
-def scaled_distances(inputs: Float[Array, "n d"], kernel: Kernel) -> Float[Array, "n n"]:
+def _scaled_distances(inputs: Float[Array, "n d"], kernel: Kernel) -> Float[Array, "n n"]:
     """Σ_i (ξ_i − ξ_i')² / l_i² between every two inputs."""
     centred = (inputs - inputs.mean(axis=0)) / np.asarray(kernel.length_scale)
     products = centred @ centred.T
@@ -113,7 +109,7 @@ def scaled_distances(inputs: Float[Array, "n d"], kernel: Kernel) -> Float[Array
     return distances
 
 
-def factorise(covariance: Float[Array, "n n"], noise_variance: float) -> tuple[Float[Array, "n n"], float]:
+def _factorise(covariance: Float[Array, "n n"], noise_variance: float) -> tuple[Float[Array, "n n"], float]:
     """Lower Cholesky factor of covariance + noise I, and the jitter that had to be added for it to exist.
 
     Jitter starts at the rounding error of the diagonal and grows a hundredfold until LAPACK's potrf succeeds.
@@ -131,8 +127,8 @@ def fit(inputs: Float[Array, "n d"], outputs: Float[Array, "n m"], kernel: Kerne
     """Condition the process on finite observations, none included (Rasmussen and Williams, algorithm 2.1)."""
     if len(inputs) == 0:
         return Posterior(kernel, inputs.copy(), np.empty((0, 0)), outputs.copy(), jitter=0.0)
-    covariance = kernel.prior_variance * np.exp(-0.5 * scaled_distances(inputs, kernel))
-    factor, jitter = factorise(covariance, kernel.noise_variance)
+    covariance = kernel.prior_variance * np.exp(-0.5 * _scaled_distances(inputs, kernel))
+    factor, jitter = _factorise(covariance, kernel.noise_variance)
     weights, _ = dpotrs(factor, outputs, lower=1)
     return Posterior(kernel, inputs.copy(), factor, weights, jitter)
 

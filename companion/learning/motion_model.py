@@ -1,7 +1,8 @@
 """The online model that starts from constant velocity: what else moves the vehicle, learned axis by axis.
 
-Ignorance, here, is to expect p(k) + v(k) τ one lead τ later. What is learned is the mean velocity beyond
-that, as a linear function of what can cause it, each input in m/s: what it would add if it acted in full.
+Ignorance, here, is to expect p(k) + v(k) τ one lead τ later, and still v(k). What is learned is the mean
+velocity beyond that, and by how much the velocity will have changed, as linear functions of what can cause
+it, each input in m/s: what it would add to the mean velocity if it acted in full.
 
 | input | why |
 |-|-|
@@ -174,11 +175,6 @@ class MotionModel:
             gradient=-np.diag(full_pull * self._weights.mean[:, 0, 0]),
             gradient_variance=full_pull**2 * self._weights.covariance[:, 0, 0],
         )
-
-    def forget(self) -> None:
-        """Start anew, as after a gap in the telemetry."""
-        self._window.clear()
-        self._weights = None
 
     def _fit(self) -> Weights:
         inputs = self._window.inputs.reshape(-1, _AXES, _INPUTS)

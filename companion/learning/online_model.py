@@ -24,10 +24,6 @@ class OnlineModel(Protocol):
         """The error that `step` leads to; NaN, never an exception, if the step is not finite."""
         ...
 
-    def forget(self) -> None:
-        """Start anew, as after a gap in the telemetry."""
-        ...
-
 
 def online_model(settings: OnlineSettings) -> OnlineModel:
     """A new model, which knows nothing yet."""

@@ -104,10 +104,3 @@ def test_what_is_not_finite_is_not_learned(form: FormName) -> None:
     assert not model.learn(step, np.array([0.0, np.nan, 0.0]), np.zeros(3))
     assert not model.learn(step._replace(reference_position=np.full(3, np.inf)), np.zeros(3), np.zeros(3))
     assert len(model) == 0
-
-
-def test_a_model_that_forgot_is_a_new_one() -> None:
-    model, step = trained("error"), random_step(np.random.default_rng(7))
-    model.forget()
-    assert len(model) == 0
-    np.testing.assert_array_equal(model.predict(step).error, np.zeros(3))

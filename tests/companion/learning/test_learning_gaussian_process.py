@@ -7,12 +7,6 @@ from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
 
 from companion.arrays import Array
 from companion.learning.gaussian_process import Kernel, SlidingWindow, fit, gradient_variance, predict
-from companion.learning.hyperparameters import (
-    fitted_kernel,
-    kernel_of,
-    log_hyperparameters,
-    log_marginal_likelihood,
-)
 
 PAPER_KERNEL = Kernel(prior_variance=1.0, length_scale=20.0, noise_variance=2e-5)
 
@@ -102,48 +96,6 @@ def test_gradient_equals_finite_differences(problem: Problem) -> None:
     np.testing.assert_allclose(
         predict(posterior, at).gradient, np.array(differences).T, rtol=1e-5, atol=1e-7 * scale
     )
-
-
-@settings(max_examples=40, deadline=None)
-@given(problems())
-def test_likelihood_and_its_gradient_equal_sklearn(problem: Problem) -> None:
-    inputs, outputs, kernel = problem
-    theirs = GaussianProcessRegressor(sklearn_kernel(kernel), alpha=1e-300, optimizer=None)
-    theirs.fit(inputs, outputs)
-    value, gradient = theirs.log_marginal_likelihood(log_hyperparameters(kernel), eval_gradient=True)
-    ours, our_gradient = log_marginal_likelihood(inputs, outputs, kernel)
-    assert ours == pytest.approx(value, rel=1e-8, abs=1e-8)
-    np.testing.assert_allclose(our_gradient, gradient, rtol=1e-6, atol=1e-6 * np.abs(gradient).max())
-
-
-def test_hyperparameters_are_found() -> None:
-    rng = np.random.default_rng(3)
-    inputs = rng.uniform(-3.0, 3.0, size=(60, 2))
-    outputs = np.column_stack((np.sin(inputs[:, 0]), np.cos(inputs[:, 0]))) + rng.normal(
-        scale=0.1, size=(60, 2)
-    )
-    start = Kernel(prior_variance=1.0, length_scale=(1.0, 1.0), noise_variance=1.0)
-    found = fitted_kernel(inputs, outputs, start, most_evaluations=200)
-    assert found.noise_variance == pytest.approx(0.01, rel=0.5)
-    assert isinstance(found.length_scale, tuple)
-    assert (
-        found.length_scale[1] > 10.0 * found.length_scale[0]
-    )  # the outputs do not depend on the second input
-
-
-def test_a_bounded_search_never_ends_below_its_start() -> None:
-    inputs, outputs = samples(4, 40, 5)
-    found = fitted_kernel(inputs, outputs, PAPER_KERNEL, most_evaluations=3)
-    before = log_marginal_likelihood(inputs, outputs, PAPER_KERNEL)[0]
-    assert log_marginal_likelihood(inputs, outputs, found)[0] >= before
-
-
-def test_theta_and_kernel_are_inverses() -> None:
-    for length_scale in (2.0, (1.0, 2.0)):
-        kernel = Kernel(prior_variance=0.5, length_scale=length_scale, noise_variance=1e-3)
-        np.testing.assert_allclose(
-            log_hyperparameters(kernel_of(log_hyperparameters(kernel))), log_hyperparameters(kernel)
-        )
 
 
 def test_with_no_observation_there_is_only_the_prior() -> None:

@@ -191,13 +191,6 @@ def test_what_is_not_finite_is_not_learned() -> None:
     assert np.isnan(model.predict(step._replace(drift=np.full(3, np.nan))).position).all()
 
 
-def test_a_model_that_forgot_is_a_new_one() -> None:
-    model, step = trained(), random_step(np.random.default_rng(9))
-    model.forget()
-    assert len(model) == 0
-    np.testing.assert_array_equal(model.predict(step).velocity, step.state[3:6])
-
-
 def test_settings_choose_the_model() -> None:
     assert isinstance(online_model(DEFAULT), MotionModel)
     assert not isinstance(online_model(DEFAULT.model_copy(update=SQUARED_EXPONENTIAL)), MotionModel)
