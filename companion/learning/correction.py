@@ -142,7 +142,8 @@ class Confidence:
         """From 0 (nothing known yet) to 1; always 1 without caution."""
         if self._caution == 0.0:
             return 1.0
-        return self._expected / (self._expected + self._caution * self._innovation)
+        weighed = self._expected + self._caution * self._innovation
+        return self._expected / weighed if weighed > 0.0 else 0.0
 
     def expect(self, error: Float[Array, " n"]) -> None:
         """An error was predicted (m or m/s)."""

@@ -178,7 +178,8 @@ def _interpolated(time_s: Times, known_s: Times, values: Float[Array, "m d"]) ->
         return np.full((len(time_s), values.shape[1]), np.nan)
     after = np.clip(np.searchsorted(known_s, time_s), 1, len(known_s) - 1)
     between = known_s[after] - known_s[after - 1]
-    share = (time_s - known_s[after - 1]) / between
+    elapsed = time_s - known_s[after - 1]
+    share = np.divide(elapsed, between, out=np.zeros_like(between), where=between > 0.0)
     interpolated = values[after - 1] + share[:, None] * (values[after] - values[after - 1])
-    interpolated[(share < 0.0) | (share > 1.0) | (between > LONGEST_GAP_S)] = np.nan
+    interpolated[(elapsed < 0.0) | (elapsed > between) | (between > LONGEST_GAP_S)] = np.nan
     return interpolated

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -84,9 +84,10 @@ def test_confidence_is_small_where_predictions_are_noise() -> None:
     assert confidence.share == pytest.approx(1.0 / 11.0, rel=0.01)
 
 
-@given(st.lists(st.tuples(vectors, vectors), max_size=20))
-def test_confidence_is_a_share_whatever_comes(steps: list[tuple[Vec3, Vec3]]) -> None:
-    confidence = Confidence(caution=10.0, memory=5)
+@given(st.lists(st.tuples(vectors, vectors), max_size=20), st.sampled_from([1, 5]))
+@example([(np.zeros(3), np.zeros(3))], 1)
+def test_confidence_is_a_share_whatever_comes(steps: list[tuple[Vec3, Vec3]], memory: int) -> None:
+    confidence = Confidence(caution=10.0, memory=memory)
     with np.errstate(all="ignore"):
         for error, innovation in steps:
             confidence.expect(error)

@@ -23,7 +23,7 @@ from companion.learning.training_data import (
     training_pairs,
     without_acceleration,
 )
-from companion.recording.series import Recording
+from companion.recording.series import Recording, rows
 from companion.similarity.axis_loops import axis_loops
 
 PREVIEW = Preview.of_time(0.3)
@@ -60,6 +60,22 @@ def test_states_and_references_need_not_share_their_times(recording: Recording) 
     count = min(len(inputs), len(moved)) - 1
     # 7 ms of motion at about 1 m/s between them, and the differences of positions move far less
     np.testing.assert_allclose(inputs[:count, 0:3], moved[1 : count + 1, 0:3], atol=0.03)
+
+
+def test_two_states_of_one_instant_are_as_good_as_one(recording: Recording) -> None:
+    inputs, outputs = training_pairs(recording, PREVIEW, STEP_S)
+    count = len(recording.states.time_s)
+    for twice in (0, 100, count - 1):
+        states = rows(recording.states, np.sort(np.append(np.arange(count), twice)))
+        again = training_pairs(replace(recording, states=states), PREVIEW, STEP_S)
+        np.testing.assert_array_equal(again.inputs, inputs)
+        np.testing.assert_array_equal(again.outputs, outputs)
+
+
+def test_nothing_is_learned_before_the_first_state_though_there_are_two_of_it(recording: Recording) -> None:
+    first = np.array([50, *range(50, len(recording.states.time_s))])
+    later = training_pairs(replace(recording, states=rows(recording.states, first)), PREVIEW, STEP_S)
+    np.testing.assert_array_equal(later.inputs, training_pairs(recording, PREVIEW, STEP_S).inputs[50:])
 
 
 def test_each_axis_has_its_own_preview(recording: Recording) -> None:
