@@ -169,7 +169,7 @@ def reference_law(
         case Strategy.DNN | Strategy.DNN_GP:
             if network is None:
                 raise InputError(f"strategy {strategy} needs a network: give --model")
-            if strategy is Strategy.DNN_GP and online.network_share < 1.0:
+            if strategy is Strategy.DNN_GP and online.blends_networks:
                 return Early(online.lead)
             if isinstance(network, Library):
                 raise InputError("a library serves strategy dnn+gp in our settings: name one --model instead")

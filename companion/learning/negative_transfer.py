@@ -7,7 +7,8 @@ error e that came, the vehicle moved by φ: e + φ is the error that the plainer
 
 Two are judged. The network's share is the one that would have left the least error, as far as that can be
 told from all other reasons for errors (`NetworkJudge`). The online correction, which answers to errors and
-so may run away, is either believed or not (`CorrectionJudge`). Nothing fades slower than within a second.
+so may run away, is either believed or not (`CorrectionJudge`). No share changes faster than from full to none
+in `FADE_S`; that of the network, which rests on a memory of seconds (`harm_memory_s`), mostly changes slower.
 """
 
 import math

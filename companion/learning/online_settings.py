@@ -35,7 +35,7 @@ class OnlineSettings(BaseModel):
         window: observations that the process rests on, the newest N.
         kernel: σ1², σ2², and l but where the process is linear.
         form: what the process predicts (`error_prediction`), or `motion`, which is linear (`motion_model`).
-        gain: α, constant or estimated.
+        gain: α: constant, estimated, or by the stiffness that is wanted (`correction`).
         longest_m: u2 is scaled down to this length (m): an error that takes more shows a vehicle at its
             limits, and the correction would only drive it against them.
         sideways_m_s2: the horizontal pull of the correction is scaled down to this: autopilots accelerate
@@ -54,9 +54,9 @@ class OnlineSettings(BaseModel):
         velocity_caution: the same of the velocity, where the estimate's slow drift counts as innovation too.
         variance_caution: how much the model's variance counts against each single predicted error
             (`correction.certain_share`); 0: not.
-        memory: steps over which that is judged.
-        network_share: how far `dnn+gp` follows the network instead of the plain reference, 0 to 1,
-            before it is known what that does.
+        memory: steps over which that is judged, and states over which the lateness of the link is averaged.
+        network_share: how far `dnn+gp` follows the network instead of the plain reference, above 0 to 1,
+            before it is known what that does; 1 is the paper's law (`blends_networks`).
         harm_memory_s: over how long it is measured what network and correction do (`negative_transfer`),
             which their shares follow (s); 0: not.
     """
@@ -82,6 +82,11 @@ class OnlineSettings(BaseModel):
     memory: Annotated[int, Field(ge=1, le=100_000)] = 100
     network_share: Annotated[float, Field(gt=0.0, le=1.0)] = 1.0
     harm_memory_s: NonNegativeFloat = 0.0
+
+    @property
+    def blends_networks(self) -> bool:
+        """Whether `dnn+gp` follows networks by a judged share; else one is all of u1, as in the paper."""
+        return self.network_share < 1.0
 
     @model_validator(mode="after")
     def _form_fits(self) -> Self:
