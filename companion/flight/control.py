@@ -65,7 +65,7 @@ class Control:
         settings: what it is told.
         tracker: to be followed first.
         recorder: is told of everything.
-        announce: is told, in words, when learning does harm, and when it helps again.
+        announce: is told, in words, what of networks and online correction is flown, where that changes.
 
     Attributes:
         clips: how often the guard changed what.
@@ -156,7 +156,7 @@ class Control:
         yaw = self._heading(step.desired.velocity)
         self._recorder.step(now_s, step, guarded, sent, yaw)
         for remark in step.remarks:
-            self._recorder.event(now_s, remark, "negative transfer")
+            self._recorder.event(now_s, remark, "learning")
             self._announce(remark)
         self._count(now_s, guarded)
         return sent, yaw

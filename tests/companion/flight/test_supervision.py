@@ -1,6 +1,8 @@
 """The guard against negative transfer, in steps and in simulated flights."""
 
 from dataclasses import replace
+from functools import partial
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,15 +13,23 @@ from companion.autopilot.position_loop import loop_of
 from companion.experiments.simulated_flights import Scenario, simulate
 from companion.experiments.trajectories import limits_within, named_trajectories
 from companion.flight.approach import rest_at, rest_to_rest
+from companion.flight.control import Control, ControlSettings
 from companion.flight.flight import FlightOutcome
+from companion.flight.guard import GuardLimits
+from companion.flight.heading import YawMode
+from companion.flight.online_correction import OnlineCorrection
+from companion.flight.recorder import Recorder
 from companion.flight.reference import Reference
 from companion.flight.strategies import ReferenceLaw, Strategy, position_velocity_acceleration
 from companion.flight.supervision import Supervision
+from companion.flight.tracker import Tracker
 from companion.learning.error_prediction import PredictedError, Step
 from companion.learning.inverse_network import InverseNetwork, Scaling
 from companion.learning.model_file import load_model
 from companion.learning.motion_model import MotionModel
 from companion.learning.online_settings import DEFAULT
+from companion.recording import topics
+from companion.recording.topics import Fields
 from companion.state import VehicleState
 from companion.trajectory.placement import Placement
 from companion.trajectory.trajectory import Trajectory
@@ -78,6 +88,37 @@ def test_a_network_that_answers_no_numbers_is_left_out_aloud_once_and_so_is_its_
         0: "the answer of the network of broken is not finite and is left out",
         73: "the answer of the network of broken is finite again",
     }
+
+
+class Kinds:
+    """A sink that keeps the kinds of events, by their texts."""
+
+    def __init__(self) -> None:
+        self.of: dict[str, str] = {}
+
+    def add(self, topic: str, time_s: float, fields: Fields) -> None:
+        if topic == topics.EVENTS:
+            self.of[fields["message"]] = fields["name"]
+
+    def add_metadata(self, name: str, values: dict[str, Any]) -> None:
+        pass
+
+    def attach(self, name: str, data: bytes) -> None:
+        pass
+
+
+def test_what_changes_in_what_is_flown_is_an_event_of_its_own_kind() -> None:
+    supervision = Supervision(DEFAULT, {"broken": partial(thrown, np.full(3, np.nan))})
+    tracker = Tracker(LINE, 0.0, position_velocity_acceleration, OnlineCorrection(DEFAULT), supervision)
+    settings = ControlSettings(
+        home=(0.0, 0.0, 0.0), yaw=0.0, yaw_mode=YawMode.HOLD, period_s=0.02, limits=GuardLimits()
+    )
+    kinds, announced = Kinds(), list[str]()
+    control = Control(settings, tracker, Recorder(kinds), announced.append)
+    control.setpoint(0.0, STATE)
+    remark = "the answer of the network of broken is not finite and is left out"
+    assert announced == [remark]
+    assert kinds.of[remark] == "learning"
 
 
 def drawing(vehicle: str) -> Trajectory:
