@@ -18,9 +18,9 @@ _SMALLEST_JUMP_M = 0.2
 _SMALLEST_JUMP_M_S = 0.5
 """Jump that counts: the first, and the second for each second between two states. What an estimate moves
 beside its own velocity without a reset is up to 0.06 m in 20 ms in recordings of PX4's simulator."""
-_LONGEST_GAP_S = 1.0
-"""Across longer gaps the vehicle may have flown anywhere."""
-_EASE_HZ = 0.25
+LONGEST_GAP_S = 1.0
+"""Between two states; across longer gaps the vehicle may have flown and turned anywhere."""
+_EASE_1_S = 0.25
 """How fast the frame returns (1/s): after a jump of 3 m at 0.28 m/s and 0.19 m/s² at most."""
 
 
@@ -46,7 +46,7 @@ class ContinuousFrame:
         flown = 0.5 * elapsed_s * (last.velocity + state.velocity)
         jump: Vec3 = state.position - last.position - flown
         smallest_m = _SMALLEST_JUMP_M + _SMALLEST_JUMP_M_S * elapsed_s
-        jumped = elapsed_s < _LONGEST_GAP_S and math.hypot(*jump) > smallest_m
+        jumped = elapsed_s < LONGEST_GAP_S and math.hypot(*jump) > smallest_m
         if jumped:
             self.offset = self.offset + jump
         return jump if jumped else None
@@ -71,6 +71,6 @@ class ContinuousFrame:
 
 def _eased(offset: Vec3, rate: Vec3, elapsed_s: float) -> tuple[Vec3, Vec3]:
     """Offset (m) and its rate (m/s) after `elapsed_s` of a critically damped return to none."""
-    keep = math.exp(-_EASE_HZ * elapsed_s)
-    pull = rate + _EASE_HZ * offset
-    return keep * (offset + elapsed_s * pull), keep * (rate - _EASE_HZ * elapsed_s * pull)
+    keep = math.exp(-_EASE_1_S * elapsed_s)
+    pull = rate + _EASE_1_S * offset
+    return keep * (offset + elapsed_s * pull), keep * (rate - _EASE_1_S * elapsed_s * pull)

@@ -4,6 +4,7 @@ import math
 from enum import StrEnum
 
 from companion.arrays import Vec3
+from companion.flight.continuous_frame import LONGEST_GAP_S
 from companion.state import VehicleState
 
 _FASTEST_RAD_S = math.radians(45.0)
@@ -17,8 +18,6 @@ _FULL_M_S = 0.5
 _SMALLEST_JUMP = math.radians(5.0)
 _SMALLEST_JUMP_RAD_S = math.radians(30.0)
 """Jump of the estimated heading that counts: the first, and the second for each second between two states."""
-_LONGEST_GAP_S = 1.0
-"""Across longer gaps the vehicle may have turned anywhere."""
 
 
 class YawMode(StrEnum):
@@ -66,7 +65,7 @@ def yaw_jump(before: VehicleState, after: VehicleState) -> float:
     turned_by = 0.5 * elapsed_s * (_yaw_rate(before) + _yaw_rate(after))
     jump = math.remainder(float(after.attitude[2] - before.attitude[2]) - turned_by, math.tau)
     smallest = _SMALLEST_JUMP + _SMALLEST_JUMP_RAD_S * elapsed_s
-    return jump if elapsed_s < _LONGEST_GAP_S and abs(jump) > smallest else 0.0
+    return jump if elapsed_s < LONGEST_GAP_S and abs(jump) > smallest else 0.0
 
 
 def turned(yaw: float, velocity: Vec3, elapsed_s: float) -> float:

@@ -1,4 +1,4 @@
-"""What networks add to the plain reference: as much as helps, of the one that helps most."""
+"""What networks add to the reference without them: as much as helps, of the one that helps most."""
 
 from collections.abc import Sequence
 
@@ -16,15 +16,15 @@ from companion.state import VehicleState
 from companion.trajectory.trajectory import Trajectory
 
 _FARTHEST_M = 0.1
-"""So far a network may pull the vehicle off the plain reference, held by autopilot and correction."""
+"""So far a network may pull the vehicle off the unlearned reference, held by autopilot and correction."""
 _HEARD_M = 2e-3
-"""A network that would move the vehicle by less says the same as the plain reference."""
+"""A network that would move the vehicle by less says the same as the unlearned reference."""
 _AGAIN = 50
 """So many finite answers in a row make up for one that was not."""
 
 
 class LearnedReference:
-    """Blends the references of networks into the plain one, step by step: `judge`, then `blend`.
+    """Blends the references of networks into the unlearned one, step by step: `judge`, then `blend`.
 
     Those that are followed are asked at each step, of the others one a step in turn, for the sake of time.
 
@@ -72,7 +72,7 @@ class LearnedReference:
 
     def blend(
         self,
-        plain: Reference,
+        unlearned: Reference,
         trajectory: Trajectory,
         time_s: float,
         state: VehicleState,
@@ -81,15 +81,15 @@ class LearnedReference:
         held: PositionLoop,
         most: float,
     ) -> Reference:
-        """`plain`, and of the networks what is left of them, at most the share `most`.
+        """`unlearned`, and of the networks what is left of them, at most the share `most`.
 
         `loop` is the autopilot's own, `held` together with the correction.
         """
-        learned, followed = plain, 0.0
+        learned, followed = unlearned, 0.0
         shares = self._shares
         for place in self._due(shares):
             reference = self._laws[place](trajectory, time_s, state)
-            pull = plain.pull_towards(reference, *loop)
+            pull = unlearned.pull_towards(reference, *loop)
             part = bounded(pull, held.stiffness_1_s2, _FARTHEST_M)
             is_finite = part > 0.0
             self._finite_in_a_row[place] = self._finite_in_a_row[place] + 1 if is_finite else 0
@@ -98,8 +98,8 @@ class LearnedReference:
             if share > 0.0:
                 followed += share
                 learned = learned.towards(reference, share / followed)
-        blended = plain.towards(learned, min(followed, 1.0)) if followed > 0.0 else plain
-        self._flown_pull = plain.pull_towards(blended, *loop)
+        blended = unlearned.towards(learned, min(followed, 1.0)) if followed > 0.0 else unlearned
+        self._flown_pull = unlearned.pull_towards(blended, *loop)
         return blended
 
     def _due(self, shares: Float[Array, " n"]) -> list[int]:

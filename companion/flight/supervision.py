@@ -64,16 +64,21 @@ class Supervision:
         return None if chosen is None else self._names[chosen]
 
     def u1(
-        self, plain: Reference, trajectory: Trajectory, time_s: float, state: VehicleState, loop: PositionLoop
+        self,
+        unlearned: Reference,
+        trajectory: Trajectory,
+        time_s: float,
+        state: VehicleState,
+        loop: PositionLoop,
     ) -> Reference:
-        """`plain`, and of the networks what is left of them, at `time_s` on the trajectory (s).
+        """`unlearned`, and of the networks what is left of them, at `time_s` on the trajectory (s).
 
         `loop` is the autopilot's own.
         """
         held = loop if self._held is None else self._held
         self._judge(trajectory.at(time_s).position - state.position, state.time_s, loop, held)
         return self._learned.blend(
-            plain, trajectory, time_s, state, loop=loop, held=held, most=self.shares.correction
+            unlearned, trajectory, time_s, state, loop=loop, held=held, most=self.shares.correction
         )
 
     def u2(self, online: OnlineStep, loop: PositionLoop) -> Correction:
@@ -140,7 +145,7 @@ def supervision_of(
     """Of a flight with this strategy; None where nothing is learned online."""
     if not strategy.learns_online:
         return None
-    if strategy is not Strategy.DNN_GP or network is None or online.network_share == 1.0:
+    if strategy is not Strategy.DNN_GP or network is None or not online.blends_networks:
         return Supervision(online)
     networks = network.networks if isinstance(network, Library) else {network.card.vehicle: network}
     laws = {name: InverseFeedforward(each, online.lead) for name, each in networks.items()}
