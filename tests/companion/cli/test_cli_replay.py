@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from command_line import Run
 
-from companion.flight import online_correction
+from companion.flight import motion_history
 from companion.recording import read_recording, write_recording
 
 
@@ -64,7 +64,7 @@ def test_what_changed_is_shown(
 ) -> None:
     record, told = tmp_path / "flight.mcap", tmp_path / "replay.json"
     assert companion("fly", line, "--connect", VEHICLE, "--record", record).status == 0
-    monkeypatch.setattr(online_correction, "_RECENT_S", 0.12)
+    monkeypatch.setattr(motion_history, "RECENT_S", 0.12)
     ran = companion("replay", record, "--json", told)
     assert ran.status == 1
     result = json.loads(told.read_text())
