@@ -17,7 +17,7 @@ from companion.similarity.identification import identify
 
 KIND = "similarity"
 _RESAMPLES = 20
-"""For bounds on what an online module can know of the vehicle; they take 30 ms."""
+"""For bounds on what an online module can know of the vehicle; they take 60 ms."""
 
 
 def source_of(network: InverseNetwork | Library | None, supervision: Supervision | None) -> ModelCard | None:

@@ -18,6 +18,7 @@ from companion.similarity.comparison import compare
 from companion.similarity.identification import VehicleModel, identify_recording
 from companion.similarity.report import as_json, figures_table, remarks
 from companion.similarity.track_record import (
+    MEASURED,
     Pair,
     TrackRecord,
     network_helped,
@@ -40,7 +41,7 @@ def similarity(
         Path | None,
         typer.Option(
             dir_okay=False,
-            help="File of `companion bench transfer --json`: say how often the verdict was right there.",
+            help="File of `companion bench transfer --json`: how often the verdict was right there.",
         ),
     ] = None,
     json: options.Json = None,
@@ -64,17 +65,16 @@ def similarity(
         status.update("comparing")
         axes = compare(ours, theirs)
         judgement = verdict(axes)
-    console.print(figures_table(axes))
-    show(console, *remarks(axes, judgement))
-    record = None
-    if flights is not None:
-        with console.status("judging the pairs that were flown"):
+        if flights is None:
+            record = MEASURED
+        else:
+            status.update("judging the pairs that were flown")
             record = _record(flights, seed)
-        console.print(f"over the pairs flown, the verdict was right for {record.right} of {record.pairs}")
+    console.print(figures_table(axes))
+    show(console, *remarks(axes, judgement, record))
     if json is not None:
         of = {"source": source, "target": target, "seconds": [ours.seconds, theirs.seconds]}
-        told = None if record is None else record._asdict()
-        write_result(of | as_json(axes, judgement) | {"record": told, "software": __version__}, json)
+        write_result(of | as_json(axes, judgement, record) | {"software": __version__}, json)
 
 
 def _identified(of: str, system_id: int | None, seed: int) -> VehicleModel:
@@ -123,4 +123,4 @@ def _record(file: Path, seed: int) -> TrackRecord:
     def judged(pair: Pair) -> Judgement:
         return verdict(compare(model(pair.source, "ideal"), model(pair.target, pair.conditions)))
 
-    return track_record({pair: judged(pair).verdict for pair in helped}, helped)
+    return track_record(str(file), {pair: judged(pair).verdict for pair in helped}, helped)

@@ -7,15 +7,12 @@ import numpy as np
 
 from companion.errors import InputError
 from companion.learning.inverse_network import AxisLoop, AxisLoops
-from companion.similarity.identification import AXES, IdentifiedAxis, VehicleModel
+from companion.similarity.identification import AXES, LEAST_MOTION_M, IdentifiedAxis, VehicleModel
 from companion.similarity.identified_lemma import prediction_error, response_of, scaled
 from companion.similarity.lemma import Lemma1, lemma_1
 from companion.similarity.linear_system import Gains
 from companion.similarity.measure import Similarity, similarity
 from companion.similarity.structure import gains_at
-
-LEAST_MOTION_M = 0.1
-"""An axis along which the target's position varied by less (standard deviation) tells of gusts, not of it."""
 
 
 class CardTerms(NamedTuple):
@@ -42,7 +39,7 @@ def card_similarity(source: AxisLoops, target: VehicleModel) -> dict[str, CardTe
         InputError: the target moved along no axis.
     """
     axes = zip(AXES, source, target.axes, strict=True)
-    terms = {name: _of_axis(loop, axis) for name, loop, axis in axes if axis.spread[0] >= LEAST_MOTION_M}
+    terms = {name: _of_axis(loop, axis) for name, loop, axis in axes if axis.moved}
     if not terms:
         raise InputError(f"the vehicle moved by less than {LEAST_MOTION_M:g} m: fly farther")
     return terms
@@ -64,7 +61,7 @@ def _of_axis(source: AxisLoop, target: IdentifiedAxis) -> CardTerms:
 
 
 def as_json(terms: CardTerms) -> dict[str, Any]:
-    """The terms, named as in `companion similarity --json`; what is infinite is None."""
+    """The terms, named as in `companion similarity --json`, and the resamples; what is infinite is None."""
     s, lemma, resampled = terms
     figures = {
         "s1": s.S1,
@@ -75,16 +72,19 @@ def as_json(terms: CardTerms) -> dict[str, Any]:
         "l1": lemma.response.L1,
         "l2": lemma.response.L2,
         "inverse_state_gain": lemma.inverse_state_gain,
+        "l1_limit": lemma.aggressiveness_limit,
         "beta_1": lemma.prediction.beta_1,
         "beta_2": lemma.prediction.beta_2,
         "beta_3": lemma.prediction.beta_3,
         "beta_4": lemma.beta_4,
         "lemma_1_alpha": lemma.largest_gain,
+        "lemma_1_state": lemma.state_bound(0.0, desired=1.0),
     }
     finite = {name: figure if np.isfinite(figure) else None for name, figure in figures.items()}
     return finite | {
         "s1_resampled": [each.S1 for each in resampled],
         "s2_norm_resampled": [each.S2_norm for each in resampled],
+        "scenario_i_holds": lemma.holds(0.0),
         "lemma_1_vacuous": lemma.vacuous,
     }
 

@@ -10,6 +10,7 @@ Multivariate Analysis 5, 1975), which makes one input of the three.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -18,13 +19,15 @@ from companion.arrays import Array
 from companion.errors import InputError
 from companion.recording.series import Recording, ReferenceSeries, StateSeries
 from companion.similarity.linear_system import LinearSystem
-from companion.similarity.moments import SAMPLE_TIME_S, Moments, moments
-from companion.similarity.samples import GRID_S, AxisSeries, axis_series, drift
+from companion.similarity.moments import FARTHEST_M, SAMPLE_TIME_S, Moments, moments
+from companion.similarity.samples import GRID_S, AxisSeries, axis_series
 
 AXES = ("north", "east", "down")
 RESAMPLES = 100
 FEWEST_ROWS = 150
 """Three seconds of flight; intervals tell whether that is enough."""
+LEAST_MOTION_M = 0.1
+"""An axis along which the position varied by less (standard deviation) tells of gusts, not of the vehicle."""
 _RIDGE = 1e-9
 
 
@@ -47,27 +50,52 @@ class AxisModel:
     noise: Float[Array, "2 2"]
 
 
+class AxisEstimate(NamedTuple):
+    """What is estimated of one axis from a flight, the real one or one put together from its blocks.
+
+    Attributes:
+        model: of the whole flight.
+        bands: of the parts flown at each band of speed, None where there was too little.
+        drift_m_s: RMS speed at which the position moves beside its velocity (m/s).
+    """
+
+    model: AxisModel
+    bands: tuple[AxisModel | None, ...]
+    drift_m_s: float
+
+
 @dataclass(frozen=True, eq=False)
 class IdentifiedAxis:
     """What a flight tells of one axis.
 
     Attributes:
-        model: of the whole flight.
-        resamples: of as many flights drawn from its blocks with replacement (block bootstrap).
-        bands: of the parts flown at each band of speed, None where there was too little.
+        estimate: of the flight as it was.
+        resampled: of as many flights drawn from its blocks with replacement (block bootstrap).
         spread: standard deviation of position, velocity and acceleration.
-        drift_m_s: RMS speed at which the position moves beside its velocity (m/s).
         second_moments: mean of zᵀz, z = (velocity, acceleration, p_r − p, v_r, a_r, 1), for each band.
         shares: of the flight's time, of each band.
     """
 
-    model: AxisModel
-    resamples: tuple[AxisModel, ...]
-    bands: tuple[AxisModel | None, ...]
+    estimate: AxisEstimate
+    resampled: tuple[AxisEstimate, ...]
     spread: Float[Array, "3"]
-    drift_m_s: float
     second_moments: Float[Array, "bands 6 6"]
     shares: Float[Array, " bands"]
+
+    @property
+    def model(self) -> AxisModel:
+        """Of the flight as it was."""
+        return self.estimate.model
+
+    @property
+    def moved(self) -> bool:
+        """Whether it tells of the vehicle."""
+        return bool(self.spread[0] >= LEAST_MOTION_M)
+
+    @property
+    def resamples(self) -> tuple[AxisModel, ...]:
+        """The models of the resampled flights."""
+        return tuple(each.model for each in self.resampled)
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,22 +117,35 @@ def identify(
     """The vehicle that flew so.
 
     Raises:
-        InputError: too little of the flight can be used, or the reference hardly moved.
+        InputError: too little of the flight can be used, no position was sent, or the reference hardly moved
+            along any axis.
     """
     if len(states.time_s) < 2 or len(references.time_s) < 2:
         raise InputError("no states or no references in this flight: record both")
     rng = np.random.default_rng(seed)
     series = axis_series(states, references)
     found = [moments(axis) for axis in series]
-    if found[0].rows < FEWEST_ROWS:
+    fewest, worst = min((each.rows, axis) for each, axis in zip(found, AXES, strict=True))
+    if fewest < FEWEST_ROWS:
         raise InputError(
-            f"{found[0].rows * 2 * GRID_S:.1f} s of flight with states and references, at least "
-            f"{FEWEST_ROWS * 2 * GRID_S:.0f} s are needed: fly longer, or mend the gaps in its telemetry"
+            f"{worst}: {fewest * 2 * GRID_S:.1f} s of flight with states, and references within "
+            f"{FARTHEST_M:g} m; at least {FEWEST_ROWS * 2 * GRID_S:.0f} s are needed: "
+            "fly longer, nearer to the reference, or mend the gaps in its telemetry"
+        )
+    if max(_reference_motion(each) for each in series) < LEAST_MOTION_M:
+        raise InputError(
+            f"the reference moved by less than {LEAST_MOTION_M:g} m (standard deviation) along every axis: "
+            "fly farther"
         )
     north, east, down = (
         _identify_axis(each, axis, resamples, rng) for each, axis in zip(found, series, strict=True)
     )
-    return VehicleModel((north, east, down), seconds=found[0].rows * 2 * GRID_S)
+    return VehicleModel((north, east, down), seconds=fewest * 2 * GRID_S)
+
+
+def _reference_motion(series: AxisSeries) -> float:
+    """Standard deviation of the position reference (m)."""
+    return float(np.nanstd(series.reference[:, 0]))
 
 
 def _spread(series: AxisSeries) -> Float[Array, "3"]:
@@ -119,10 +160,10 @@ def _identify_axis(
 ) -> IdentifiedAxis:
     blocks = found.sums.shape[1]
     drawn = rng.multinomial(blocks, np.full(blocks, 1.0 / blocks), size=resamples)
-    weights = np.vstack((np.ones(blocks), drawn))
-    by_delay = np.tensordot(weights, found.sums.sum(axis=2), axes=(1, 1))
-    model, *redrawn = (_best(each, found.inputs) for each in by_delay)
-    in_bands = found.sums[round(model.delay_s / GRID_S)].sum(axis=0)
+    weights = np.vstack((np.ones(blocks), drawn.astype(np.float64)))
+    redrawn = zip(np.tensordot(weights, found.sums, axes=(1, 1)), found.drift_m_s(weights), strict=True)
+    estimate, *resampled = (_estimate(sums, found.inputs, float(drift)) for sums, drift in redrawn)
+    in_bands = found.sums[round(estimate.model.delay_s / GRID_S)].sum(axis=0)
     one = 2 + found.inputs
     rows = in_bands[:, one, one]
     kept = [*range(2 + found.inputs), one]
@@ -131,19 +172,17 @@ def _identify_axis(
     second[np.ix_(range(len(rows)), place, place)] = (
         in_bands[np.ix_(range(len(rows)), kept, kept)] / np.maximum(rows, 1.0)[:, None, None]
     )
+    return IdentifiedAxis(estimate, tuple(resampled), _spread(series), second, rows / rows.sum())
+
+
+def _estimate(sums: Float[Array, "delays bands q q"], inputs: int, drift_m_s: float) -> AxisEstimate:
+    model = _best(sums.sum(axis=1), inputs)
+    one = 2 + inputs
     bands = tuple(
-        axis_model(each, found.inputs, model.delay_s) if count >= FEWEST_ROWS else None
-        for each, count in zip(in_bands, rows, strict=True)
+        axis_model(each, inputs, model.delay_s) if each[one, one] >= FEWEST_ROWS else None
+        for each in sums[round(model.delay_s / GRID_S)]
     )
-    return IdentifiedAxis(
-        model,
-        tuple(redrawn),
-        bands,
-        _spread(series),
-        drift(series, SAMPLE_TIME_S),
-        second,
-        rows / rows.sum(),
-    )
+    return AxisEstimate(model, bands, drift_m_s)
 
 
 def _best(by_delay: Float[Array, "delays q q"], inputs: int) -> AxisModel:

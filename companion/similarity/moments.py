@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from companion.arrays import Array
-from companion.similarity.samples import GRID_S, AxisSeries
+from companion.similarity.samples import GRID_S, AxisSeries, drift
 
 SAMPLE_TIME_S = 0.14
 """Time of one step of the models: about the paper's 7 Hz."""
@@ -38,16 +38,28 @@ class Moments:
     Attributes:
         sums: for each dead time (every `GRID_S` from 0 on), block and band.
         inputs: how many of the columns are references, p_r − p among them.
+        drift_squares: Σ of the squared speed at which the position moves beside its velocity (m²/s²).
     """
 
     sums: Float[Array, "delays blocks bands q q"]
     inputs: int
+    drift_squares: Float[Array, " blocks"]
 
     @property
     def rows(self) -> float:
         """Of the whole flight."""
+        return float(self._rows_of_blocks.sum())
+
+    def drift_m_s(self, weights: Float[Array, "n blocks"]) -> Float[Array, " n"]:
+        """RMS speed at which the position moves beside its velocity, with each block counted so often."""
+        rms: Array = np.sqrt((weights @ self.drift_squares) / (weights @ self._rows_of_blocks))
+        return rms
+
+    @property
+    def _rows_of_blocks(self) -> Float[Array, " blocks"]:
         one = 2 + self.inputs
-        return float(self.sums[0, :, :, one, one].sum())
+        count: Array = self.sums[0, :, :, one, one].sum(axis=1)
+        return count
 
 
 def moments(series: AxisSeries) -> Moments:
@@ -71,7 +83,9 @@ def moments(series: AxisSeries) -> Moments:
         rows = np.column_stack((own, sent, np.ones(len(before)), change))
         sums.append(_grouped(rows, group, blocks * bands))
     q = sums[0].shape[-1]
-    return Moments(np.stack(sums).reshape(len(sums), blocks, bands, q, q), reference.shape[1])
+    squares = np.zeros(blocks)
+    np.add.at(squares, group // bands, drift(state, before, _STEP) ** 2)
+    return Moments(np.stack(sums).reshape(len(sums), blocks, bands, q, q), reference.shape[1], squares)
 
 
 def _groups(

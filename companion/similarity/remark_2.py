@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from companion.arrays import Array
-from companion.similarity.identification import AxisModel, IdentifiedAxis
+from companion.similarity.identification import AxisEstimate, AxisModel, IdentifiedAxis
 from companion.similarity.structure import gains_at
 
 _ASKED = 2
@@ -36,14 +36,14 @@ Envelope = tuple[BandMeasure | None, ...]
 """A measure for each band of speed, slowest first; None where one of the flights had too little."""
 
 
-def envelope(source: IdentifiedAxis, target: IdentifiedAxis, degree: int) -> Envelope:
-    """Remark 2's measure in each band that both flew."""
+def envelope(source: AxisEstimate, target: AxisEstimate, flown: IdentifiedAxis, degree: int) -> Envelope:
+    """Remark 2's measure in each band that both flew, over what the target flew there."""
     return tuple(
         None
         if ours is None or theirs is None
         else _measure(lead_gains(ours, degree), lead_gains(theirs, degree), second, float(share))
         for ours, theirs, second, share in zip(
-            source.bands, target.bands, target.second_moments, target.shares, strict=True
+            source.bands, target.bands, flown.second_moments, flown.shares, strict=True
         )
     )
 

@@ -12,8 +12,9 @@ import numpy as np
 from jaxtyping import Float
 
 from companion.arrays import Array, Times, Vec3s
+from companion.errors import InputError
 from companion.learning.features import state_vector
-from companion.recording.series import ReferenceSeries, StateSeries
+from companion.recording.series import Indices, ReferenceSeries, StateSeries
 
 GRID_S = 0.01
 LONGEST_GAP_S = 0.25
@@ -25,7 +26,8 @@ class AxisSeries(NamedTuple):
 
     Attributes:
         state: position (m), velocity (m/s), acceleration (m/s²).
-        reference: position (m), and velocity (m/s) and acceleration (m/s²) where those were sent as well.
+        reference: position (m), and velocity (m/s) and acceleration (m/s²) where those were sent as well; a
+            velocity of 0 where acceleration was sent without one.
     """
 
     state: Float[Array, "n 3"]
@@ -39,6 +41,9 @@ def axis_series(
 
     Of references of several kinds (position alone, with velocity, with acceleration, to which a vehicle
     answers in different ways), those count that moved most in sum; others are as if nothing were known.
+
+    Raises:
+        InputError: no position was sent.
     """
     start, end = (pick(states.time_s[i], references.time_s[i]) for i, pick in ((0, max), (-1, min)))
     time_s = np.arange(start, end, GRID_S)
@@ -83,21 +88,24 @@ def _of_one_kind(references: ReferenceSeries) -> list[Vec3s]:
     known = np.column_stack([np.isfinite(part).all(axis=1) for part in parts])
     moved = np.linalg.norm(np.diff(references.position, axis=0, prepend=references.position[:1]), axis=1)
     kinds, kind = np.unique(known, axis=0, return_inverse=True)
+    if not kinds[:, 0].any():
+        raise InputError("no position references in this flight: send positions, with velocities or without")
     total = np.bincount(kind.ravel(), np.nan_to_num(moved), minlength=len(kinds))
     most = int(np.argmax(np.where(kinds[:, 0], total, -1.0)))
     chosen = (kind.ravel() == most)[:, None]
-    return [np.where(chosen, part, np.nan) for part, has in zip(parts, kinds[most], strict=True) if has]
+    if not kinds[most, 1]:
+        parts = (references.position, np.zeros_like(references.velocity), references.acceleration)
+    last = int(np.flatnonzero(kinds[most])[-1])
+    return [np.where(chosen, part, np.nan) for part in parts[: last + 1]]
 
 
-def drift(series: AxisSeries, step_s: float) -> float:
-    """RMS speed (m/s) at which the measured position moves beside its own velocity, over steps of `step_s`.
+def drift(state: Float[Array, "n 3"], rows: Indices, steps: int) -> Float[Array, " k"]:
+    """Speed (m/s) at which the position moves beside its own velocity, over `steps` from these rows on.
 
     An estimator that is being pulled to its measurements does that.
     """
-    position, velocity = series.state[:, 0], series.state[:, 1]
-    steps = round(step_s / GRID_S)
-    between = np.lib.stride_tricks.sliding_window_view(velocity, steps + 1)
+    position, velocity = state[:, 0], state[:, 1]
+    between = velocity[rows[:, None] + np.arange(steps + 1)]
     integral = GRID_S * (between.sum(axis=1) - (between[:, 0] + between[:, -1]) / 2.0)
-    beside = (position[steps:] - position[:-steps] - integral) / step_s
-    asked = np.asarray(np.isfinite(series.reference).all(axis=1))[steps:]
-    return float(np.sqrt(np.nanmean(beside[asked] ** 2)))
+    beside: Array = (position[rows + steps] - position[rows] - integral) / (steps * GRID_S)
+    return beside

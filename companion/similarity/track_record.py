@@ -1,8 +1,9 @@
 """How often the verdict was right, over pairs that were flown with the network and without."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, FiniteFloat, ValidationError
@@ -47,17 +48,101 @@ class Pair(NamedTuple):
     conditions: str
 
 
-class TrackRecord(NamedTuple):
-    """How often a verdict was right.
-
-    Attributes:
-        right, pairs: counts.
-        wrong: the pairs on which it was not.
-    """
+class Tally(NamedTuple):
+    """Of how many pairs a verdict was given, and for how many it was right."""
 
     right: int
     pairs: int
-    wrong: tuple[Pair, ...]
+
+
+class Mistake(NamedTuple):
+    """A pair on which the verdict was wrong."""
+
+    source: str
+    target: str
+    conditions: str
+    verdict: Verdict
+
+
+@dataclass(frozen=True)
+class TrackRecord:
+    """How often verdicts were right.
+
+    Attributes:
+        flown: the flights that showed it.
+        tallies: by verdict.
+        wrong: the pairs on which it was not; None where they are not known by name.
+    """
+
+    flown: str
+    tallies: Mapping[Verdict, Tally]
+    wrong: tuple[Mistake, ...] | None = None
+
+    @property
+    def right(self) -> int:
+        """Of `pairs`."""
+        return sum(tally.right for tally in self.tallies.values())
+
+    @property
+    def pairs(self) -> int:
+        """All that were flown and judged."""
+        return sum(tally.pairs for tally in self.tallies.values())
+
+    @property
+    def refused_though_harmless(self) -> int:
+        """Networks that would have done no harm."""
+        return self._wrong_of(transfers=False)
+
+    @property
+    def allowed_though_harmful(self) -> int:
+        """Networks that did harm."""
+        return self._wrong_of(transfers=True)
+
+    @property
+    def right_if_always_transfer(self) -> int:
+        """What the constant answer "transfer" would have scored: a verdict is worth what it adds to that."""
+        return self.right - self._right_of(transfers=False) + self.refused_though_harmless
+
+    def _right_of(self, *, transfers: bool) -> int:
+        return sum(tally.right for each, tally in self.tallies.items() if each.transfers is transfers)
+
+    def _wrong_of(self, *, transfers: bool) -> int:
+        pairs = sum(tally.pairs for each, tally in self.tallies.items() if each.transfers is transfers)
+        return pairs - self._right_of(transfers=transfers)
+
+    def in_words(self) -> str:
+        """A line."""
+        of_each = ", ".join(f"{each} {tally.right} of {tally.pairs}" for each, tally in self.tallies.items())
+        return (
+            f"over the pairs flown ({self.flown}), the verdict was right for {self.right} of {self.pairs}: "
+            f"{of_each}; {self.refused_though_harmless} refused though harmless, "
+            f"{self.allowed_though_harmful} allowed though harmful; "
+            f'"{Verdict.TRANSFER}" for all would have been right for {self.right_if_always_transfer}'
+        )
+
+    def as_json(self) -> dict[str, Any]:
+        """The same, by names."""
+        return {
+            "flown": self.flown,
+            "right": self.right,
+            "pairs": self.pairs,
+            "by_verdict": {each: tally._asdict() for each, tally in self.tallies.items()},
+            "refused_though_harmless": self.refused_though_harmless,
+            "allowed_though_harmful": self.allowed_though_harmful,
+            "right_if_always_transfer": self.right_if_always_transfer,
+            "wrong": None if self.wrong is None else [each._asdict() for each in self.wrong],
+        }
+
+
+MEASURED = TrackRecord(
+    "`companion bench transfer`, docs/similarity.md",
+    {
+        Verdict.TRANSFER: Tally(12, 12),
+        Verdict.SMALL_GAIN: Tally(40, 40),
+        Verdict.TRAIN_ANEW: Tally(0, 8),
+    },
+)
+"""Of `--flights` on that command's 600 flights with a network: 20 pairs in 3 conditions."""
 
 
 def read_flown_pairs(file: Path) -> FlownPairs:
@@ -99,8 +184,19 @@ def network_helped(rows: Sequence[FlownRow]) -> dict[Pair, bool]:
     return helped
 
 
-def track_record(verdicts: Mapping[Pair, Verdict], helped: Mapping[Pair, bool]) -> TrackRecord:
-    """Right is a transfer that did not harm, and a refusal of one that would have."""
-    judged = [pair for pair in helped if pair in verdicts]
-    wrong = tuple(pair for pair in judged if verdicts[pair].transfers is not helped[pair])
-    return TrackRecord(len(judged) - len(wrong), len(judged), wrong)
+def track_record(flown: str, verdicts: Mapping[Pair, Verdict], helped: Mapping[Pair, bool]) -> TrackRecord:
+    """Right is a transfer that did not harm, and a refusal of one that would have.
+
+    Args:
+        flown: the flights that showed it.
+        verdicts: given beforehand.
+        helped: of `network_helped`; pairs without a verdict are left out.
+    """
+    right = {pair: verdicts[pair].transfers is helped[pair] for pair in helped if pair in verdicts}
+    tallies = {each: _tally([right[pair] for pair in right if verdicts[pair] is each]) for each in Verdict}
+    wrong = tuple(Mistake(*pair, verdicts[pair]) for pair in right if not right[pair])
+    return TrackRecord(flown, tallies, wrong)
+
+
+def _tally(right: Sequence[bool]) -> Tally:
+    return Tally(sum(right), len(right))

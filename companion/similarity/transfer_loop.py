@@ -12,6 +12,9 @@ from companion.arrays import Array
 from companion.similarity.linear_system import Gains, LinearSystem
 from companion.similarity.measure import similarity
 
+MOST_GAIN = 100.0
+"""Where the search for a gain that is not stable ends."""
+
 
 def loop_matrix(
     source: Gains, target: LinearSystem, target_gains: Gains, alpha: float
@@ -27,7 +30,7 @@ def spectral_radius(matrix: Float[Array, "n n"]) -> float:
 
 
 def largest_stable_gain(
-    source: Gains, target: LinearSystem, target_gains: Gains, *, most: float = 100.0
+    source: Gains, target: LinearSystem, target_gains: Gains, *, most: float = MOST_GAIN
 ) -> float:
     """The gain, at most `most`, up to which the loop is stable from α = 0 on; 0 if not even there."""
 

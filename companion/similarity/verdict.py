@@ -4,6 +4,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
+import numpy as np
+
 from companion.similarity.comparison import AxisComparison, Figures
 
 NEAR = 0.35
@@ -28,6 +30,18 @@ class Verdict(StrEnum):
         """Whether the network is to be flown at all."""
         return self is not Verdict.TRAIN_ANEW
 
+    @property
+    def advice(self) -> str:
+        """What to do."""
+        return _ADVICE[self]
+
+
+_ADVICE = {
+    Verdict.TRANSFER: "to do: fly it, as `dnn+gp`, or as `dnn`",
+    Verdict.SMALL_GAIN: "to do: fly it as `dnn+gp`, which finds the network's share in flight, not as `dnn`",
+    Verdict.TRAIN_ANEW: "to do: `companion collect` on the target, then `companion train`",
+}
+
 
 @dataclass(frozen=True)
 class Judgement:
@@ -51,18 +65,18 @@ def verdict(axes: Sequence[AxisComparison]) -> Judgement:
     transfer where it is under `NEAR` on all axes; with a small gain between, and where the target's estimate
     drifts, which no similarity makes up for.
     """
-    drifts = max(axis.drift_m_s for axis in axes) > DRIFTING_M_S
-    found = rule([axis.figures for axis in axes], drifts=drifts)
-    drawn = [rule(each, drifts=drifts) for each in zip(*(axis.resampled for axis in axes), strict=True)]
+    found = rule([axis.figures for axis in axes])
+    drawn = [rule(each) for each in zip(*(axis.resampled for axis in axes), strict=True)]
     confidence = sum(each is found for each in drawn) / len(drawn) if drawn else float("nan")
     return Judgement(found, confidence, tuple(_reasons(axes)))
 
 
-def rule(axes: Sequence[Figures], *, drifts: bool) -> Verdict:
-    """The verdict on one set of figures, an axis each, and on whether the target's estimate drifts."""
+def rule(axes: Sequence[Figures]) -> Verdict:
+    """The verdict on one set of figures, an axis each."""
     gap = max(each.nu_gap for each in axes)
     if gap >= FAR or not all(each.a2_holds for each in axes):
         return Verdict.TRAIN_ANEW
+    drifts = max(each.drift_m_s for each in axes) > DRIFTING_M_S
     return Verdict.SMALL_GAIN if drifts or gap >= NEAR else Verdict.TRANSFER
 
 
@@ -70,7 +84,8 @@ def _reasons(axes: Sequence[AxisComparison]) -> list[str]:
     reasons = [f"{axis.axis}: {reason}" for axis in axes for reason in _reasons_of(axis)]
     worst = max(axes, key=lambda axis: axis.figures.nu_gap)
     gap = worst.interval(lambda f: f.nu_gap)
-    greatest = f"greatest ν-gap {gap.value:.2f} ({gap.low:.2f} to {gap.high:.2f}), {worst.axis}"
+    bounds = "" if np.isnan(gap.low) else f" ({gap.low:.2f} to {gap.high:.2f})"
+    greatest = f"greatest ν-gap {gap.value:.2f}{bounds}, {worst.axis}"
     return [*reasons, f"{greatest}: near is under {NEAR}, far from {FAR} on"]
 
 
@@ -85,6 +100,6 @@ def _reasons_of(axis: AxisComparison) -> Iterator[str]:
     gap = axis.interval(lambda each: each.nu_gap)
     if gap.high - gap.low > UNSURE:
         yield "these flights tell too little to say: fly longer, and with quicker turns"
-    if axis.drift_m_s > DRIFTING_M_S:
-        drift = f"{axis.drift_m_s:.2f} m/s RMS"
+    if f.drift_m_s > DRIFTING_M_S:
+        drift = f"{f.drift_m_s:.2f} m/s RMS"
         yield f"the target's position moves beside its velocity by {drift}, which misleads any network"

@@ -9,9 +9,11 @@ from simulated_recording import HOVER, fly
 from typer.testing import CliRunner
 
 from companion.arrays import Vec3
+from companion.cli import similarity as command
 from companion.cli.app import app
 from companion.errors import InputError
-from companion.recording import write_recording
+from companion.recording import Recording, read_recording, write_recording
+from companion.similarity.track_record import MEASURED
 from sitl.vehicle import load_vehicle
 
 PULSATION = np.array(((1.1, 0.5), (0.9, 1.7), (0.7, 1.3)))
@@ -55,11 +57,43 @@ def test_two_data_sets(flights: Path) -> None:
     assert 0.0 <= gap["low"] <= gap["high"] <= 1.0
     assert north["lemma_1_vacuous"] is True
     assert north["source"]["minimum_phase"] is True
+    assert north["figures"]["beta_1"]["low"] is north["figures"]["beta_1"]["high"] is None
+    assert MEASURED.in_words() in printed
+    assert told["record"]["right"] == MEASURED.right
+    assert told["record"]["wrong"] is None
 
 
 def test_a_vehicle_beside_itself_is_a_transfer(flights: Path) -> None:
     printed = similarity(flights / "bebop2.mcap", flights / "bebop2.mcap")
     assert "verdict: transfer (in 100%" in printed
+
+
+def test_flights_of_ones_own_replace_the_record(flights: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def recorded(vehicle: str, conditions: str, seed: int) -> Recording:
+        return read_recording(flights / f"{vehicle}.mcap")
+
+    monkeypatch.setattr(command, "_simulated", recorded)
+    mcap = flights / "bebop2.mcap"
+    common = {"target": "bebop2", "trajectory": "star", "conditions": "ideal"}
+    own, result = flights / "pairs.json", flights / "own.json"
+    own.write_text(
+        json.dumps(
+            {
+                "rows": [
+                    common | {"source": None, "strategy": "gp", "rms_m": 0.05},
+                    common | {"source": "ardrone2", "strategy": "dnn+gp", "rms_m": 0.5},
+                ]
+            }
+        )
+    )
+    printed = similarity(mcap, mcap, "--flights", own, "--json", result)
+    assert f"over the pairs flown ({own})" in printed
+    assert MEASURED.in_words() not in printed
+    record = json.loads(result.read_text())["record"]
+    assert (record["pairs"], record["right_if_always_transfer"]) == (1, 0)
+    wrong = [{key: each[key] for key in ("source", "target", "conditions")} for each in record["wrong"]]
+    assert wrong in ([], [{"source": "ardrone2", "target": "bebop2", "conditions": "ideal"}])
+    assert record["right"] + len(wrong) == 1
 
 
 def test_help_has_an_example() -> None:

@@ -13,6 +13,9 @@ from companion.similarity.card_similarity import as_json, card_similarity, in_wo
 from companion.similarity.comparison import compare
 from companion.similarity.identification import VehicleModel, identify_recording
 from companion.similarity.lemma import StateResponse
+from companion.similarity.report import as_json as report_json
+from companion.similarity.track_record import MEASURED
+from companion.similarity.verdict import verdict
 
 
 def test_a_vehicle_is_like_its_own_card_and_unlike_a_stiffer_ones() -> None:
@@ -73,6 +76,12 @@ def test_the_terms_in_words_and_for_programs() -> None:
     assert told["s1_resampled"] == drawn
     assert len(drawn) == len(told["s2_norm_resampled"]) == 5
     assert told["lemma_1_alpha"] == 0.0
+    axis = compare(identify_recording(flight, resamples=0), identify_recording(flight, resamples=0))
+    named = report_json(axis, verdict(axis), MEASURED)["axes"]["north"]
+    assert set(told) - set(named) - set(named["figures"]) == {"s1_resampled", "s2_norm_resampled"}
+    assert told["scenario_i_holds"] is False
+    assert told["lemma_1_state"] is None
+    assert told["l1_limit"] == pytest.approx(1.0 / told["inverse_state_gain"])
     assert told["l1"] * told["inverse_state_gain"] == pytest.approx(1.0 - told["beta_4"])
     unstable = terms["north"].lemma
     unstable = replace(unstable, response=StateResponse(np.inf, np.inf))

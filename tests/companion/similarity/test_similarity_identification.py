@@ -13,6 +13,8 @@ from companion.similarity.identification import identify_recording
 from companion.similarity.moments import SAMPLE_TIME_S
 from companion.similarity.structure import relative_degree_and_delay, structure
 
+PARTS = ("position", "velocity", "acceleration")
+
 
 def test_a_known_vehicle_is_found() -> None:
     model = identify_recording(spring_flight(), resamples=0)
@@ -84,6 +86,55 @@ def test_what_lies_in_a_gap_is_left_out() -> None:
     assert_allclose(torn.axes[0].model.system.A, whole.axes[0].model.system.A, atol=0.05)
 
 
+def test_an_axis_far_from_its_reference_is_named() -> None:
+    flight = spring_flight()
+    away = flight.references.position + np.array((0.0, 0.0, 3.0))
+    with pytest.raises(InputError, match=r"down: 0\.0 s .* within 2 m"):
+        identify_recording(replace(flight, references=replace(flight.references, position=away)))
+
+
+def test_a_vehicle_at_rest_is_not_identified_from_gusts() -> None:
+    flight = spring_flight(noise=0.003)
+    still = replace(flight.references, **{name: np.zeros_like(flight.references.position) for name in PARTS})
+    at_rest = replace(
+        flight, references=still, states=replace(flight.states, position=0.01 * flight.states.position)
+    )
+    with pytest.raises(InputError, match="reference moved by less than"):
+        identify_recording(at_rest, resamples=0)
+
+
+def test_motion_along_one_axis_is_enough() -> None:
+    flight = spring_flight(noise=0.003)
+    north_alone = np.array((1.0, 0.0, 0.0))
+    states = {name: getattr(flight.states, name) * north_alone for name in ("position", "velocity")}
+    sent = {name: getattr(flight.references, name) * north_alone for name in PARTS}
+    flown = replace(
+        flight, states=replace(flight.states, **states), references=replace(flight.references, **sent)
+    )
+    north = identify_recording(flown, resamples=0).axes[0]
+    assert_allclose(north.model.reference_weights, (0.8, 0.25), rtol=0.1)
+
+
+def test_velocities_are_not_taken_for_positions() -> None:
+    flight = spring_flight()
+    nothing = np.full_like(flight.references.position, np.nan)
+    velocity_only = replace(flight, references=replace(flight.references, position=nothing))
+    with pytest.raises(InputError, match="no position references in this flight: send positions"):
+        identify_recording(velocity_only)
+
+
+def test_an_acceleration_without_a_velocity_keeps_its_place() -> None:
+    """The spring is sent its velocity as a displaced position."""
+    flight = spring_flight()
+    sent = flight.references
+    nothing = np.full_like(sent.velocity, np.nan)
+    bare = replace(sent, position=sent.position + 0.8 * sent.velocity, velocity=nothing)
+    axis = identify_recording(replace(flight, references=bare), resamples=0).axes[0]
+    T_v, T_a = axis.model.reference_weights
+    assert T_v == 0.0
+    assert T_a == pytest.approx(0.25, rel=0.1)
+
+
 @pytest.mark.parametrize("seconds", [0.04, 0.3, 2.0])
 def test_too_short_a_flight_is_refused(seconds: float) -> None:
     with pytest.raises(InputError):
@@ -129,8 +180,8 @@ def test_a_position_that_moves_beside_its_velocity_is_measured() -> None:
         ),
         resamples=0,
     )
-    assert steady.axes[1].drift_m_s < 0.01
-    assert drifting.axes[1].drift_m_s == pytest.approx(0.2, abs=0.01)
+    assert steady.axes[1].estimate.drift_m_s < 0.01
+    assert drifting.axes[1].estimate.drift_m_s == pytest.approx(0.2, abs=0.01)
 
 
 def test_same_seed_same_intervals() -> None:
