@@ -23,7 +23,7 @@ from companion.flight.stream import SetpointStream
 from companion.flight.takeoff import Announce, home_of, is_flying, take_off
 from companion.flight.tracker import Tracker, tracking_error_m
 from companion.flight.watchdogs import Action, Alarm, Readings, WatchdogError
-from companion.flight.watching import keep_watch, of_vehicle, with_stream
+from companion.flight.watching import keep_watch, leave_to_taker, of_vehicle, with_stream
 from companion.link.status import Landed
 from companion.link.tasks import background_tasks
 from companion.link.telemetry import Telemetry
@@ -183,7 +183,7 @@ class _Flight:
             spawn(stream.run())
             await self.autopilot.engage()
             self.came(Event.GUIDE)
-            spawn(_until_taken(self.autopilot))
+            spawn(leave_to_taker(self.autopilot))
             spawn(
                 keep_watch(
                     self.plan.limits.watchdogs,
@@ -363,11 +363,8 @@ class _Flight:
 
     async def _measure(self, tracker: Tracker, from_s: float) -> TrackingAccuracy:
         """Track to the end; how closely that was done from `from_s` (companion clock, s) on."""
-        errors = ErrorSum(
-            lambda time_s: tracker.trajectory.at(time_s - tracker.start_s).position,
-            from_s,
-            max(tracker.end_s, from_s + _LEAST_MEASURED_S),
-        )
+        trajectory, to_s = tracker.trajectory, max(tracker.end_s, from_s + _LEAST_MEASURED_S)
+        errors = ErrorSum(lambda time_s: trajectory.at(time_s - tracker.start_s).position, from_s, to_s)
         if (first := self.telemetry.state) is not None:  # it may be of the first instant
             errors.add(first.time_s, first.position)
         unsubscribe = self.telemetry.subscribe(lambda state: errors.add(state.time_s, state.position))
@@ -398,8 +395,3 @@ async def _settle(start: Vec3, at_least_s: float, telemetry: Telemetry) -> None:
         if is_there and now_s >= earliest_s:
             return
         await asyncio.sleep(_POLL_S)
-
-
-async def _until_taken(autopilot: Autopilot) -> None:
-    mode = await autopilot.until_taken()
-    raise TakenError(f"the vehicle went to {mode} unasked: it was left to whoever did that")

@@ -1,4 +1,4 @@
-"""Reads what the watchdogs watch in the climb and while our setpoints are flown, and has them act."""
+"""Watches over a flight: reads what there is, has the watchdogs act, and leaves the vehicle to who takes it."""
 
 import asyncio
 import math
@@ -6,6 +6,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from companion import clock
+from companion.autopilot.interface import Autopilot
+from companion.errors import TakenError
 from companion.flight.stream import SetpointStream
 from companion.flight.watchdogs import Action, Alarm, Readings, Since, WatchdogError, Watchdogs, watch
 from companion.link.status import VehicleStatus
@@ -39,6 +41,16 @@ async def keep_watch(
                 acted.add(alarm.name)
                 fall_back(alarm)
         await asyncio.sleep(_LOOK_EVERY_S)
+
+
+async def leave_to_taker(autopilot: Autopilot) -> None:
+    """Wait until the vehicle changes its mode unasked.
+
+    Raises:
+        TakenError: it has.
+    """
+    mode = await autopilot.until_taken()
+    raise TakenError(f"the vehicle went to {mode} unasked: it was left to whoever did that")
 
 
 def of_vehicle(status: VehicleStatus, temperature_c: float, now_s: float) -> Readings:
