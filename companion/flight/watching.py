@@ -1,4 +1,4 @@
-"""Watches over a flight: reads what there is, has the watchdogs act, and leaves the vehicle to who takes it."""
+"""Watches over a flight: reads what there is, has watchdogs act, and leaves the vehicle to who takes it."""
 
 import asyncio
 import math
