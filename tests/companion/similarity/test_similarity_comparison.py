@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from rich.console import Console
+from rich.text import Text
 from spring_flight import answering_the_wrong_way, spring_flight
 
 from companion.errors import InputError
@@ -137,6 +138,8 @@ def test_brackets_are_printed_and_what_is_unknown_is_no_nan(spring: VehicleModel
     assert row(table, "L1") == ["∞"] * 3 + ["[∞, ∞]"] * 3
     assert row(table, "A2 holds") == ["yes", "[100%]"] * 3
     assert row(table, "θ1, faster") == ["too little flown"] * 3
+    cells = [cell for column in figures_table((axis,)).columns[1:] for cell in column.cells]
+    assert all(isinstance(cell, Text) for cell in cells)
     unsure = printed((replace(axis, resampled=()),))
     assert row(unsure, "A2 holds") == ["yes"]
     assert row(unsure, "S1") == ["0 [–]"]
