@@ -131,7 +131,7 @@ def library_for(target: str, online: OnlineSettings) -> Several:
     Raises:
         InputError: there is none for these settings, or they follow one network all the way.
     """
-    if online.network_share == 1.0:
+    if not online.blends_networks:
         raise InputError(
             "--model auto chooses among networks as it flies, which the paper does not: name one"
         )

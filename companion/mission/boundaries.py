@@ -61,7 +61,8 @@ def require_inside_areas(path: TrackedPath, trajectory: Trajectory, areas: Areas
     Raises:
         InputError: it leaves the fence; names the nearest waypoint, and says how far.
     """
-    positions = trajectory.sample(np.arange(0.0, trajectory.duration_s, _LOOK_EVERY_S)).position
+    looked_at_s = np.append(np.arange(0.0, trajectory.duration_s, _LOOK_EVERY_S), trajectory.duration_s)
+    positions = trajectory.sample(looked_at_s).position
     beyond_m = np.array([areas.beyond_m(position[:2]) for position in positions])
     worst = int(beyond_m.argmax())
     if beyond_m[worst] > _ROUNDING_M:
