@@ -54,7 +54,8 @@ class OnlineStep:
 class OnlineCorrection:
     """u2 = α e_p (paper, Eqn. adaptationForm) from a model of the last seconds of flight (Remark 1).
 
-    It belongs to one flight. `observe` is called with each state, and once a step `correct`, then `sent`.
+    To that comes what is held against a load (`vertical_integral`), of which the model is not told. It
+    belongs to one flight. `observe` is called with each state, and once a step `correct`, then `sent`.
 
     Attributes:
         settings: all that it needs to be told.

@@ -31,7 +31,11 @@ class VerticalIntegral:
         self._integral_m = 0.0
 
     def add(self, error_m: float, alpha: float, duration_s: float) -> float:
-        """Take in an error for `duration_s` (s); the new offset, α times the integral (m)."""
+        """Take in an error, desired less flown, down (m), for `duration_s` (s).
+
+        Returns:
+            The new offset, α (of the down axis, without unit) times the integral (m).
+        """
         counted_m = error_m if abs(error_m) <= _LARGEST_ERROR_M else 0.0  # of NaN, too
         self._integral_m += duration_s * (self._rate_1_s * counted_m - _LEAK_1_S * self._integral_m)
         if abs(alpha * self._integral_m) > self._farthest_m:
