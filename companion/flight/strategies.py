@@ -26,6 +26,7 @@ from companion.learning.features import inverse_inputs, reference
 from companion.learning.inverse_network import InverseNetwork
 from companion.learning.library import Library
 from companion.learning.online_settings import DEFAULT, OnlineSettings, ReferenceLead
+from companion.learning.symmetry import symmetric_answer
 from companion.state import VehicleState
 from companion.trajectory.trajectory import Trajectory
 
@@ -92,7 +93,8 @@ class InverseDynamics:
 
     def __call__(self, trajectory: Trajectory, time_s: float, state: VehicleState) -> Reference:
         """The reference for the vehicle's estimated state (Eqn. dnnMapping)."""
-        return _inverted(self.network, state_of(state), trajectory, time_s)
+        x = state_of(state)
+        return Reference(*reference(x, self.network(_inputs(self.network, x, trajectory, time_s))))
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,16 +105,26 @@ class Early:
 
     def __call__(self, trajectory: Trajectory, time_s: float, state: VehicleState) -> Reference:
         """Position, velocity and acceleration of the trajectory, each its lead from now."""
+        at, lead = trajectory.at, self.lead
         return Reference(
-            trajectory.at(time_s + self.lead.position_s).position,
-            trajectory.at(time_s + self.lead.velocity_s).velocity,
-            self._acceleration(trajectory, time_s),
+            _joined(
+                at(time_s + lead.position_s).position,
+                at(time_s + lead.vertical_position_s).position,
+            ),
+            _joined(
+                at(time_s + lead.velocity_s).velocity,
+                at(time_s + lead.vertical_velocity_s).velocity,
+            ),
+            _joined(
+                at(time_s + lead.acceleration_s).acceleration,
+                at(time_s + lead.vertical_acceleration_s).acceleration,
+            ),
         )
 
-    def _acceleration(self, trajectory: Trajectory, time_s: float) -> Vec3:
-        sideways = trajectory.at(time_s + self.lead.acceleration_s).acceleration
-        down = trajectory.at(time_s + self.lead.vertical_acceleration_s).acceleration
-        return np.array([*sideways[:2], down[2]])
+
+def _joined(sideways: Vec3, vertical: Vec3) -> Vec3:
+    """North and east of the one, down of the other."""
+    return np.array([*sideways[:2], vertical[2]])
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +134,7 @@ class InverseFeedforward:
     What is fed back through another vehicle's inverse may swing, and an estimate that wanders is none that
     the network learned from; an error is left to the autopilot and to the online correction. The acceleration
     stays the trajectory's own, sent early: that much is alike on all multirotors, and known without one.
+    Of the network what is alike in every mirror (`learning.symmetry`).
     """
 
     network: InverseNetwork
@@ -129,18 +142,19 @@ class InverseFeedforward:
 
     def __call__(self, trajectory: Trajectory, time_s: float, state: VehicleState) -> Reference:
         """The reference for a vehicle that is where the trajectory is."""
-        learned = _inverted(self.network, flat_state(trajectory, time_s), trajectory, time_s)
+        x = flat_state(trajectory, time_s)
+        inputs = _inputs(self.network, x, trajectory, time_s)
+        learned = Reference(*reference(x, symmetric_answer(self.network, inputs)))
         if learned.acceleration is None:
             return learned
         return replace(learned, acceleration=Early(self.lead)(trajectory, time_s, state).acceleration)
 
 
-def _inverted(
+def _inputs(
     network: InverseNetwork, x: Float[Array, "12"], trajectory: Trajectory, time_s: float
-) -> Reference:
-    """What the network answers in the state `x` to what the trajectory needs next."""
-    inputs = inverse_inputs(x, *desired_ahead(trajectory, time_s, network.card.preview))
-    return Reference(*reference(x, network(inputs)))
+) -> Float[Array, "12"]:
+    """I1: what the network sees in the state `x` of what the trajectory needs next."""
+    return inverse_inputs(x, *desired_ahead(trajectory, time_s, network.card.preview))
 
 
 def reference_law(

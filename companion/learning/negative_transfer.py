@@ -25,6 +25,8 @@ _SPREAD = 0.3
 """Standard deviation of a network's best share about the usual one, before anything was flown with it."""
 _LEAST_POWER = 1e-8
 """Less (m² s) is no displacement at all, but rounding."""
+_USUAL_ERROR_M = 0.002
+"""Of other reasons, before any was seen: one look at a network does not tell everything of it."""
 _INDEPENDENT_S = 0.5
 """Errors this far apart have other reasons: gusts, and an estimate that wanders."""
 _BELIEVED = 0.5
@@ -124,8 +126,8 @@ class NetworkJudge:
 
     def _best_shares(self) -> Float[Array, " n"]:
         power = np.maximum(self._power, _LEAST_POWER)
-        weight = _SPREAD**2 / (_SPREAD**2 + _INDEPENDENT_S * self._noise / power**2)
-        known = weight * np.minimum(self._power / _LEAST_POWER, 1.0)
+        variance = _INDEPENDENT_S * (self._noise / power + _USUAL_ERROR_M**2) / power
+        known = _SPREAD**2 / (_SPREAD**2 + variance) * np.minimum(self._power / _LEAST_POWER, 1.0)
         shares: Float[Array, " n"] = self._usual_share + known * (self._agreement / power - self._usual_share)
         return shares
 

@@ -12,10 +12,10 @@ from companion.learning.motion_model import LinearKernel
 
 
 class ReferenceLead(BaseModel):
-    """How much early each part of a reference is sent (s).
+    """How much early each part of a reference is sent (s), sideways and up or down.
 
     Setpoints take their time, and a multirotor must tilt before it accelerates sideways; up and down thrust
-    alone does it.
+    alone does it, and autopilots damp that motion harder: an early velocity asks for more there.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -23,6 +23,8 @@ class ReferenceLead(BaseModel):
     position_s: NonNegativeFloat = 0.0
     velocity_s: NonNegativeFloat = 0.0
     acceleration_s: NonNegativeFloat = 0.0
+    vertical_position_s: NonNegativeFloat = 0.0
+    vertical_velocity_s: NonNegativeFloat = 0.0
     vertical_acceleration_s: NonNegativeFloat = 0.0
 
 
@@ -121,7 +123,14 @@ DEFAULT = OnlineSettings(
     velocity="predicted",
     damping_1_s=10.0,
     vertical_integral_1_s=0.5,
-    lead=ReferenceLead(position_s=0.03, velocity_s=0.06, acceleration_s=0.15, vertical_acceleration_s=0.06),
+    lead=ReferenceLead(
+        position_s=0.03,
+        velocity_s=0.06,
+        acceleration_s=0.15,
+        vertical_position_s=0.02,
+        vertical_velocity_s=0.03,
+        vertical_acceleration_s=0.06,
+    ),
     velocity_caution=2.0,
     network_share=0.3,
     harm_memory_s=3.0,

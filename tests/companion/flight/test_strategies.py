@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from companion.arrays import Vec3
+from companion.experiments.contenders import find_model
 from companion.flight.approach import rest_to_rest
 from companion.flight.reference import Reference
 from companion.flight.strategies import (
@@ -25,6 +26,7 @@ from companion.trajectory import training_sinusoids
 from companion.trajectory.training import LIMITS
 from companion.trajectory.trajectory import Trajectory
 
+WAVE = training_sinusoids(20.0, (1.0, 1.0, 1.0), LIMITS, 0)
 LINE = rest_to_rest(np.zeros(3), np.array((2.0, 0.0, -1.0)), "line")
 STATE = VehicleState(0.0, 0.0, *np.zeros((4, 3)))
 OFFSET, EXTRA = np.array((0.4, -0.2, 0.1)), np.array((1.0, 0.5, -0.5))
@@ -100,13 +102,43 @@ def test_an_inverse_says_position_and_velocity_and_the_trajectory_its_accelerati
     np.testing.assert_array_equal(learned.acceleration, plain.acceleration)
 
 
-def test_vertical_acceleration_has_a_lead_of_its_own() -> None:
-    lead = ReferenceLead(acceleration_s=0.2, vertical_acceleration_s=0.1)
-    wave = training_sinusoids(20.0, (1.0, 1.0, 1.0), LIMITS, 0)
-    early = Early(lead)(wave, 5.0, STATE).acceleration
-    assert early is not None
-    np.testing.assert_array_equal(early[:2], wave.at(5.2).acceleration[:2])
-    assert early[2] == wave.at(5.1).acceleration[2]
+def test_each_part_has_its_lead_and_upwards_another() -> None:
+    lead = ReferenceLead(
+        position_s=0.1,
+        velocity_s=0.2,
+        acceleration_s=0.3,
+        vertical_position_s=0.4,
+        vertical_velocity_s=0.5,
+        vertical_acceleration_s=0.6,
+    )
+    early = Early(lead)(WAVE, 5.0, STATE)
+    assert early.acceleration is not None
+    np.testing.assert_array_equal(early.position[:2], WAVE.at(5.1).position[:2])
+    np.testing.assert_array_equal(early.velocity[:2], WAVE.at(5.2).velocity[:2])
+    np.testing.assert_array_equal(early.acceleration[:2], WAVE.at(5.3).acceleration[:2])
+    assert early.position[2] == WAVE.at(5.4).position[2]
+    assert early.velocity[2] == WAVE.at(5.5).velocity[2]
+    assert early.acceleration[2] == WAVE.at(5.6).acceleration[2]
+
+
+@pytest.mark.parametrize("mirror", [(-1.0, 1.0, 1.0), (1.0, -1.0, 1.0), (-1.0, -1.0, 1.0)])
+@pytest.mark.parametrize("name", ["ardrone2", "arducopter_sitl"])
+def test_a_network_as_feedforward_is_alike_in_every_mirror(name: str, mirror: tuple[float, ...]) -> None:
+    law = InverseFeedforward(find_model(name, DEFAULT).network)
+    mirrored_wave = Trajectory("mirrored", WAVE.step_s, WAVE.coefficients * np.array(mirror))
+    for time_s in (3.0, 5.0, 9.0):
+        plain, mirrored = law(WAVE, time_s, STATE), law(mirrored_wave, time_s, STATE)
+        np.testing.assert_allclose(mirrored.position, mirror * plain.position, atol=1e-5)
+        np.testing.assert_allclose(mirrored.velocity, mirror * plain.velocity, atol=1e-5)
+        assert np.abs(plain.velocity - WAVE.at(time_s).velocity).max() > 1e-3
+
+
+def test_a_network_as_feedforward_leaves_an_axis_alone_that_rests() -> None:
+    law = InverseFeedforward(find_model("ardrone2", DEFAULT).network)
+    in_a_plane = Trajectory("plane", WAVE.step_s, WAVE.coefficients * np.array((1.0, 0.0, 1.0)))
+    learned = law(in_a_plane, 5.0, STATE)
+    assert abs(learned.position[1]) < 1e-6
+    assert abs(learned.velocity[1]) < 1e-6
 
 
 def test_of_an_inverse_without_one_all_is_fed_forward() -> None:

@@ -91,6 +91,13 @@ def test_a_network_that_does_harm_is_gone_in_a_few_seconds() -> None:
     assert judged_network(-1.0, seconds=3.0).shares[0] == 0.0
 
 
+def test_one_look_at_a_network_is_not_all() -> None:
+    judge = NetworkJudge(1, 0.3, 3.0)
+    would_move = 0.05 * wave(1)
+    judge.judge(-would_move, NOTHING, would_move[None, :], STEP_S)
+    assert judge.shares[0] == pytest.approx(0.3, abs=0.01)
+
+
 def test_what_drowns_in_noise_changes_nothing() -> None:
     assert judged_network(-1.0, noise_m=1.0).shares[0] == pytest.approx(0.3, abs=0.1)
 
