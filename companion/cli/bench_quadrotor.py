@@ -56,6 +56,7 @@ def quadrotor(
     ] = ",".join(Strategy),
     conditions: options.Conditions = "ideal",
     preset: options.PresetOption = options.Preset.DEFAULT,
+    settings: options.SettingsFile = None,
     size: options.Size = 3.0,
     speed: Annotated[
         list[float] | None, typer.Option(help="Peak speeds (m/s), each flown; 1.2 for drawings.")
@@ -78,7 +79,7 @@ def quadrotor(
     """
     if json is not None:
         options.writable(json)
-    chosen = _chosen(strategies)
+    chosen, online = _chosen(strategies), options.online_settings(preset, settings)
     names = trajectories or list(BENCHMARK_NAMES)
     placement = Placement(size_m=size, plane=plane.value)
     drawings, slowed = courses(names, placement, [source, target], speed or [])
@@ -92,7 +93,7 @@ def quadrotor(
             strategies=chosen,
             conditions=conditions,
             seed=seed,
-            online=preset.settings,
+            online=online,
         )
     results = dict(track(comparison.fly(), "Flying", len(comparison), console=console, transient=True))
     figures = rows_and_summary(drawings, comparison.contenders, results)
@@ -103,7 +104,7 @@ def quadrotor(
     )
     show(console, *notes, style="yellow")
     if json is not None:
-        settings = {
+        asked = {
             "source": source,
             "target": target,
             "model": model,
@@ -111,19 +112,24 @@ def quadrotor(
             "strategies": chosen,
             "conditions": conditions,
             "preset": preset,
+            "settings": None if settings is None else online.model_dump(mode="json"),
             "size_m": size,
             "speed_m_s": speed,
             "plane": plane,
             "seed": seed,
             "lookahead_s": lookahead_of(comparison.contenders),
         }
-        write_result(figures | {"settings": settings, "notes": notes, "software": __version__}, json)
+        write_result(figures | {"settings": asked, "notes": notes, "software": __version__}, json)
     if report is not None:
         page = write_report(
             flights(of_strategies),
             report,
             title=f"{target} with the network of {source}",
-            conditions={"conditions": conditions, "preset": preset, "seed": str(seed)},
+            conditions={
+                "conditions": conditions,
+                "preset": preset if settings is None else f"{preset}, but for {settings}",
+                "seed": str(seed),
+            },
             commands=[shlex.join(["companion", *sys.argv[1:]])],
         )
         show(console, f"report: {page}")

@@ -95,6 +95,7 @@ def fly(
     after: _After = None,
     resume: _Resume = False,
     preset: options.PresetOption = options.Preset.DEFAULT,
+    settings: options.SettingsFile = None,
     guard: options.Guard = None,
     system_id: options.SystemId = None,
     signing_key: options.SigningKeyFile = None,
@@ -122,13 +123,14 @@ def fly(
     console = Console()
     limits, guard_limits = options.limits(speed), options.guard_limits(guard)
     network = options.network(model)
-    strategy, law = _technique(strategy, network, lookahead, preset.settings)
+    online = options.online_settings(preset, settings)
+    strategy, law = _technique(strategy, network, lookahead, online)
     flight = partial(
         FlightPlan,
         law=law,
-        correction=OnlineCorrection(preset.settings) if strategy.learns_online else None,
-        supervision=supervision_of(strategy, network, preset.settings),
-        period_s=strategy.period_s(preset.settings),
+        correction=OnlineCorrection(online) if strategy.learns_online else None,
+        supervision=supervision_of(strategy, network, online),
+        period_s=strategy.period_s(online),
         yaw=yaw,
         resume=resume,
     )
@@ -147,7 +149,7 @@ def fly(
     key = options.signing_key(signing_key)
     technique = Technique(
         strategy=strategy,
-        online=preset.settings,
+        online=online,
         lookahead_s=lookahead,
         model=model,
         model_sha256=options.model_sha256(model),

@@ -21,6 +21,7 @@ from companion.link.signing import SigningKey
 from companion.link.signing_key import read_signing_key
 from companion.trajectory.limits import Limits
 from companion.trajectory.placement import LOWEST_M, Placement
+from companion.yaml_file import read_settings
 
 _MODELS = bundled.config_directory() / "models"
 
@@ -119,6 +120,16 @@ PresetOption: TypeAlias = Annotated[
         "estimates (estimated), or exactly the paper's (paper)."
     ),
 ]
+SettingsFile: TypeAlias = Annotated[
+    Path | None,
+    typer.Option(
+        "--settings",
+        dir_okay=False,
+        metavar="FILE",
+        help="Settings of the online correction that differ from the preset's, in YAML; config/online.yaml "
+        "shows the keys.",
+    ),
+]
 Guard: TypeAlias = Annotated[
     Path | None,
     typer.Option(dir_okay=False, help="Limits of the guard, in YAML; config/guard.yaml shows the keys."),
@@ -196,6 +207,11 @@ def model_sha256(model: str | None) -> str | None:
 def signing_key(file: Path | None) -> SigningKey | None:
     """The key that `--signing-key` names, if it names one; InputError where the file is not fit for one."""
     return None if file is None else read_signing_key(file)
+
+
+def online_settings(preset: Preset, file: Path | None) -> OnlineSettings:
+    """The preset's, but for what the file has that `--settings` names; InputError where one is wrong."""
+    return preset.settings if file is None else read_settings(file, preset.settings, "config/online.yaml")
 
 
 def guard_limits(file: Path | None) -> GuardLimits | None:

@@ -10,9 +10,15 @@ import pytest
 from command_line import Run
 
 from companion.bundled import config_directory
+from companion.cli import options
 from companion.cli.display import FlightDisplay
 from companion.flight.guard import GuardLimits
 from companion.flight.guard_file import read_guard_limits
+from companion.flight.recorded_inputs import recorded_inputs
+from companion.flight.technique import Technique
+from companion.learning.correction import ConstantGain
+from companion.learning.motion_model import LinearKernel
+from companion.learning.online_settings import DEFAULT
 from companion.recording import read_recording
 
 
@@ -184,6 +190,58 @@ def test_the_vehicles_own_vertical_limits_count(companion: Run, tmp_path: Path) 
 
 def test_the_guard_file_shows_the_defaults() -> None:
     assert read_guard_limits(config_directory() / "guard.yaml") == GuardLimits()
+
+
+def test_the_file_of_online_settings_shows_the_defaults() -> None:
+    for preset in options.Preset:
+        assert options.online_settings(preset, config_directory() / "online.yaml") == DEFAULT
+
+
+def test_settings_of_a_file_are_flown_and_recorded(companion: Run, line: Path, tmp_path: Path) -> None:
+    settings, record = tmp_path / "mine.yaml", tmp_path / "flight.mcap"
+    settings.write_text(
+        "gain: {kind: constant, alpha: [2, 2, 0.5]}\n"
+        "kernel: {noise: fitted, prior_variance: 1, noise_variance: 0.01}\n"
+    )
+    ran = companion(
+        *(
+            "fly",
+            line,
+            "--connect",
+            "sitl://bebop2",
+            "--strategy",
+            "gp",
+            "--settings",
+            settings,
+            "--record",
+            record,
+        )
+    )
+    assert ran.status == 0
+    flown = next(found for found in recorded_inputs(record) if isinstance(found, Technique))
+    assert flown.online == DEFAULT.model_copy(
+        update={
+            "gain": ConstantGain(alpha=(2.0, 2.0, 0.5)),
+            "kernel": LinearKernel(prior_variance=1.0, noise_variance=0.01, noise="fitted"),
+        }
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("sample_time_s: 0", "sample_time_s: "),
+        ("leads: {}", "leads: no such key; config/online.yaml shows"),
+        ("gain: {kind: constant}", "gain.constant.alpha: Field required"),
+        ("- gain", "expected `key: value` lines"),
+    ],
+)
+def test_a_wrong_setting_is_named(companion: Run, tmp_path: Path, text: str, told: str) -> None:
+    file = tmp_path / "mine.yaml"
+    file.write_text(text)
+    ran = companion("fly", "clef", "--dry-run", "--settings", file)
+    assert ran.status == 2
+    assert told in ran.err
 
 
 def test_an_empty_guard_file_changes_nothing(tmp_path: Path) -> None:
