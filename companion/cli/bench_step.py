@@ -35,6 +35,7 @@ def step(
     strategy: Annotated[Strategy, typer.Option(help="Whose steps.")] = Strategy.DNN_GP,
     conditions: options.Conditions = "realistic",
     preset: options.PresetOption = options.Preset.DEFAULT,
+    settings: options.SettingsFile = None,
     duration: Annotated[float, typer.Option(help="Length of the flight (s).")] = 60.0,
     seed: options.Seed = 0,
     json: options.Json = None,
@@ -49,7 +50,7 @@ def step(
     if json is not None:
         options.writable(json)
     console = Console()
-    online = preset.settings
+    online = options.online_settings(preset, settings)
     with console.status(f"Flying {duration:g} s of sinusoids, and computing the flight again"):
         prepare_simulator([vehicle], conditions)
         scenario = Scenario(
@@ -69,13 +70,14 @@ def step(
         table.add_row(name, *(f"{each:.3f}" for each in (spread.p50, spread.p99, spread.max)))
     console.print(table)
     if json is not None:
-        settings = {
+        asked = {
             "vehicle": vehicle,
             "model": model,
             "strategy": strategy,
             "conditions": conditions,
             "preset": preset,
+            "settings": None if settings is None else online.model_dump(mode="json"),
             "duration_s": duration,
             "seed": seed,
         }
-        write_result(asdict(cost) | {"settings": settings, "software": __version__}, json)
+        write_result(asdict(cost) | {"settings": asked, "software": __version__}, json)

@@ -122,8 +122,8 @@ def fly(
     """
     console = Console()
     limits, guard_limits = options.limits(speed), options.guard_limits(guard)
-    network = options.network(model)
     online = options.online_settings(preset, settings)
+    network = options.network(model, online)
     strategy, law = _technique(strategy, network, lookahead, online)
     flight = partial(
         FlightPlan,

@@ -181,14 +181,14 @@ def limits(speed: float | None) -> Limits:
     return Limits(speed_m_s=speed)
 
 
-def network(model: str | None) -> InverseNetwork | Library | None:
-    """The network that `--model` names, if it names one; all that we fly for `auto`.
+def network(model: str | None, online: OnlineSettings = DEFAULT) -> InverseNetwork | Library | None:
+    """The network that `--model` names, if it names one; for `auto` all that fit the settings.
 
     Raises:
         InputError: no such model, or not one that fits this program.
     """
     if model == AUTO:
-        return load_library(_MODELS, DEFAULT.sample_time_s)
+        return load_library(_MODELS, online.sample_time_s)
     return None if model is None else load_model(bundled.find("models", model, ".safetensors"))
 
 

@@ -122,18 +122,23 @@ def with_own_networks(source: str, of_source: Model, target: str, of_target: Mod
 
 def own_model_name(vehicle: str, online: OnlineSettings) -> str:
     """What the network of a vehicle (a name, or a YAML file) is called in `config/models`."""
-    return f"{Path(vehicle).stem}_paper" if online == PAPER else Path(vehicle).stem
+    return f"{Path(vehicle).stem}_paper" if _is_of_the_paper(online) else Path(vehicle).stem
+
+
+def _is_of_the_paper(online: OnlineSettings) -> bool:
+    """Whether its control steps, and so its networks, are those of the paper."""
+    return online.sample_time_s == PAPER.sample_time_s
 
 
 def library_for(target: str, online: OnlineSettings) -> Several:
     """All networks of `config/models` but the target's own.
 
     Raises:
-        InputError: there is none for these settings, or they follow one network all the way.
+        InputError: there is none for these settings, or they do not judge what networks do.
     """
-    if not online.blends_networks:
+    if not online.judges_networks:
         raise InputError(
-            "--model auto chooses among networks as it flies, which the paper does not: name one"
+            "--model auto chooses among networks by what they do, which these settings do not judge: name one"
         )
     library = load_library(bundled.config_directory() / "models", online.sample_time_s)
     return Several(AUTO, library.without(own_model_name(target, online)))
@@ -147,7 +152,7 @@ def find_model(name_or_path: str, online: OnlineSettings) -> Model:
     """
     path = bundled.find("models", name_or_path, ".safetensors")
     network = load_model(path)
-    if online == PAPER and network.card.preview != PAPER.preview:
+    if _is_of_the_paper(online) and network.card.preview != PAPER.preview:
         raise InputError(
             f"{path}: the model was trained for another preview than the paper's, (4, 4, 3) steps at 7 Hz; "
             "train one with the paper's preset"

@@ -183,8 +183,10 @@ def reference_law(
         case Strategy.DNN | Strategy.DNN_GP:
             if network is None:
                 raise InputError(f"strategy {strategy} needs a network: give --model")
-            if strategy is Strategy.DNN_GP and online.blends_networks:
-                return Early(online.lead)
-            if isinstance(network, Library):
+            if isinstance(network, Library) and not (strategy is Strategy.DNN_GP and online.judges_networks):
                 raise InputError("a library serves strategy dnn+gp in our settings: name one --model instead")
-            return InverseDynamics(network)
+            if isinstance(network, InverseNetwork) and not (
+                strategy is Strategy.DNN_GP and online.blends_networks
+            ):
+                return InverseDynamics(network)
+            return Early(online.lead)

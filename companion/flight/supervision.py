@@ -47,7 +47,7 @@ class Supervision:
         self._of_correction = CorrectionJudge(settings.harm_memory_s)
         self._correction_pull: Vec3 = np.zeros(3)
         self._moved, self._would_move = Displacement(), Displacement()
-        self._damping_1_s = settings.damping_1_s
+        self._damping_1_s = settings.damping_1_s if settings.velocity == "predicted" else 0.0
         self._loop_gain = 1.0
         self._held: PositionLoop | None = None
         self._time_s = math.inf

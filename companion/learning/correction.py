@@ -1,11 +1,11 @@
 """From the predicted error to the correction of the reference: u2(k) = α e_p(k+r) (Eqn. adaptationForm)."""
 
 import math
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, Literal, Self, TypeAlias
 
 import numpy as np
 from jaxtyping import Float
-from pydantic import BaseModel, ConfigDict, Field, PositiveFloat
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from companion.arrays import Array, Vec3
 from companion.learning.cautious_correction import cautious_gain
@@ -34,7 +34,13 @@ class EstimatedGain(BaseModel):
 
     kind: Literal["estimated"] = "estimated"
     least: GainValue = 0.5
-    most: PositiveFloat = 4.0
+    most: GainValue = 4.0
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if self.least > self.most:
+            raise ValueError(f"least ({self.least:g}) is above most ({self.most:g})")
+        return self
 
 
 class StiffnessGain(BaseModel):
@@ -51,8 +57,8 @@ class StiffnessGain(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     kind: Literal["stiffness"] = "stiffness"
-    stiffness_1_s2: PositiveFloat
-    most: PositiveFloat = 20.0
+    stiffness_1_s2: Annotated[float, Field(gt=0.0, le=1000.0, allow_inf_nan=False)]
+    most: GainValue = 20.0
 
 
 Gain: TypeAlias = Annotated[ConstantGain | EstimatedGain | StiffnessGain, Field(discriminator="kind")]

@@ -6,17 +6,20 @@ microseconds and cannot drift.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Annotated, NamedTuple, TypeAlias
 
 import numpy as np
 from jaxtyping import Float
-from pydantic import BaseModel, ConfigDict, PositiveFloat
+from pydantic import BaseModel, ConfigDict, Field, PositiveFloat
 from scipy.linalg.lapack import dpotrf, dpotrs, dtrtrs
 
 from companion.arrays import Array
 
 LARGEST_OBSERVATION = 1e6
 """Beyond this (m, m/s, rad) an observation is a fault of the telemetry."""
+
+LengthScale: TypeAlias = Annotated[float, Field(ge=1e-6, le=1e9)]
+"""Of which the square, and what is divided by it, are numbers, too."""
 
 
 class Kernel(BaseModel):
@@ -28,10 +31,10 @@ class Kernel(BaseModel):
         noise_variance: σ2², in the outputs' unit squared.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    prior_variance: PositiveFloat
-    length_scale: PositiveFloat | tuple[PositiveFloat, ...]
+    prior_variance: Annotated[float, Field(gt=0.0, le=1e9)]
+    length_scale: LengthScale | tuple[LengthScale, ...]
     noise_variance: PositiveFloat
 
 
@@ -112,7 +115,8 @@ def _scaled_distances(inputs: Float[Array, "n d"], kernel: Kernel) -> Float[Arra
 def _factorise(covariance: Float[Array, "n n"], noise_variance: float) -> tuple[Float[Array, "n n"], float]:
     """Lower Cholesky factor of covariance + noise I, and the jitter that had to be added for it to exist.
 
-    Jitter starts at the rounding error of the diagonal and grows a hundredfold until LAPACK's potrf succeeds.
+    Jitter starts at the rounding error of the diagonal and grows a hundredfold until LAPACK's potrf succeeds,
+    which it does for every finite covariance.
     """
     identity = np.eye(len(covariance))
     factor, failed = dpotrf(covariance + noise_variance * identity, lower=1, clean=0)

@@ -18,11 +18,11 @@ learn for each. With inputs in the output's own unit one prior variance serves a
 """
 
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from jaxtyping import Float
-from pydantic import BaseModel, ConfigDict, PositiveFloat
+from pydantic import BaseModel, ConfigDict, Field
 
 from companion.arrays import Array, Vec3
 from companion.learning.error_prediction import PredictedError, Step
@@ -38,6 +38,9 @@ NOISE_REACH = 10.0
 _NOISE_LEVELS = np.geomspace(1.0 / NOISE_REACH, NOISE_REACH, 13)
 _AXES, _INPUTS, _OUTPUTS = 3, 6, 2
 
+Variance: TypeAlias = Annotated[float, Field(ge=1e-9, le=1e9)]
+"""In the bounds within which the weights' covariance can be found."""
+
 
 class LinearKernel(BaseModel):
     """k(ξ, ξ') = σ1² ξᵀξ', with noise of variance σ2² on each observation.
@@ -49,10 +52,10 @@ class LinearKernel(BaseModel):
         noise: σ2² as given, or the likeliest within `NOISE_REACH` of that (`likeliest_kernel`).
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    prior_variance: PositiveFloat
-    noise_variance: PositiveFloat
+    prior_variance: Variance
+    noise_variance: Variance
     noise: Literal["given", "fitted"] = "given"
 
 

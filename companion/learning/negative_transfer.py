@@ -26,7 +26,7 @@ _SPREAD = 0.3
 _LEAST_POWER = 1e-8
 """Less (m² s) is no displacement at all, but rounding."""
 _USUAL_ERROR_M = 0.002
-"""Of other reasons, before any was seen: one look at a network does not tell everything of it."""
+"""Of other reasons, always reckoned with: one look at a network does not tell everything of it."""
 _INDEPENDENT_S = 0.5
 """Errors this far apart have other reasons: gusts, and an estimate that wanders."""
 _BELIEVED = 0.5

@@ -1,14 +1,25 @@
 """Settings of the online correction: the paper's, and ours."""
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal, Self, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, Field, NonNegativeFloat, PositiveFloat, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Discriminator,
+    Field,
+    NonNegativeFloat,
+    PositiveFloat,
+    Tag,
+    model_validator,
+)
 
 from companion.learning.correction import ConstantGain, EstimatedGain, Gain, StiffnessGain
-from companion.learning.error_prediction import FormName
+from companion.learning.error_prediction import FORMS, FormName
 from companion.learning.features import Preview
 from companion.learning.gaussian_process import Kernel
 from companion.learning.motion_model import LinearKernel
+
+_Lead: TypeAlias = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
 class ReferenceLead(BaseModel):
@@ -20,12 +31,17 @@ class ReferenceLead(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    position_s: NonNegativeFloat = 0.0
-    velocity_s: NonNegativeFloat = 0.0
-    acceleration_s: NonNegativeFloat = 0.0
-    vertical_position_s: NonNegativeFloat = 0.0
-    vertical_velocity_s: NonNegativeFloat = 0.0
-    vertical_acceleration_s: NonNegativeFloat = 0.0
+    position_s: _Lead = 0.0
+    velocity_s: _Lead = 0.0
+    acceleration_s: _Lead = 0.0
+    vertical_position_s: _Lead = 0.0
+    vertical_velocity_s: _Lead = 0.0
+    vertical_acceleration_s: _Lead = 0.0
+
+
+def _kind_of_kernel(kernel: object) -> str:
+    has_length = isinstance(kernel, Kernel) or (isinstance(kernel, dict) and "length_scale" in kernel)
+    return "squared exponential" if has_length else "linear"
 
 
 class OnlineSettings(BaseModel):
@@ -63,20 +79,23 @@ class OnlineSettings(BaseModel):
             which their shares follow (s); 0: not.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    sample_time_s: PositiveFloat
+    sample_time_s: Annotated[float, Field(ge=0.005, le=0.2)]
     preview: Preview
     window: Annotated[int, Field(ge=1, le=1000)]
-    kernel: Kernel | LinearKernel
+    kernel: Annotated[
+        Annotated[Kernel, Tag("squared exponential")] | Annotated[LinearKernel, Tag("linear")],
+        Discriminator(_kind_of_kernel),
+    ]
     form: FormName | Literal["motion"]
     gain: Gain
     corrected: Literal["error", "deviation"] = "error"
     longest_m: PositiveFloat = 1.0
     sideways_m_s2: PositiveFloat = 100.0
     velocity: Literal["finite_difference", "predicted", "uncorrected"]
-    damping_1_s: NonNegativeFloat = 0.0
-    vertical_integral_1_s: NonNegativeFloat = 0.0
+    damping_1_s: Annotated[float, Field(ge=0.0, le=50.0)] = 0.0
+    vertical_integral_1_s: Annotated[float, Field(ge=0.0, le=5.0)] = 0.0
     lead: ReferenceLead = ReferenceLead()
     caution: NonNegativeFloat = 0.0
     velocity_caution: NonNegativeFloat = 0.0
@@ -90,10 +109,21 @@ class OnlineSettings(BaseModel):
         """Whether `dnn+gp` follows networks by a judged share; else one is all of u1, as in the paper."""
         return self.network_share < 1.0
 
+    @property
+    def judges_networks(self) -> bool:
+        """Whether it is measured what networks do, so that one of several can be chosen by it."""
+        return self.blends_networks and self.harm_memory_s > 0.0
+
     @model_validator(mode="after")
     def _form_fits(self) -> Self:
         if (self.form == "motion") != isinstance(self.kernel, LinearKernel):
             raise ValueError("form motion takes a kernel without length_scale, every other form one with it")
+        if isinstance(self.kernel, Kernel) and self.form != "motion":
+            scales, inputs = self.kernel.length_scale, FORMS[self.form].size
+            if isinstance(scales, tuple) and len(scales) != inputs:
+                raise ValueError(
+                    f"form {self.form} has {inputs} inputs: length_scale takes one value, or {inputs}"
+                )
         if self.form == "motion" and min(self.preview.position_s) <= 0.0:
             raise ValueError("form motion predicts ahead: preview.position_s must be above 0")
         return self

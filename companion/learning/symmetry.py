@@ -20,7 +20,7 @@ _INPUTS: Float[Array, "4 12"] = np.hstack((_VECTORS, _VECTORS, _TURNS, _TURNS))
 def symmetric_answer(network: InverseNetwork, inputs: Float[Array, "12"]) -> Float[Array, " m"]:
     """What the network answers to I1 in all four views, each seen in its own mirror again, on the average.
 
-    So an axis along which nothing is to move is not moved.
+    So a horizontal axis along which nothing is to move is not moved.
     """
     answers = network(_INPUTS * inputs)
     mirrored = answers.reshape(len(_VECTORS), -1, 3) * _VECTORS[:, None, :]

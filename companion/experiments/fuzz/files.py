@@ -16,14 +16,12 @@ from companion.experiments.memory import resident_bytes
 from companion.flight.guard_file import read_guard_limits
 from companion.flight.recorded_inputs import recorded_inputs
 from companion.learning.model_file import load_model
-from companion.learning.online_settings import DEFAULT
 from companion.link.parameter_file import read_parameter_file
 from companion.link.signing_key import read_signing_key
 from companion.mission.files import read_plan
 from companion.recording.card import read_card
 from companion.recording.files import read_recording
 from companion.trajectory import Limits, Placement, read_trajectory
-from companion.yaml_file import read_settings
 from sitl.conditions import load_conditions
 from sitl.errors import SitlError
 from sitl.faults.reading import load_faults
@@ -55,7 +53,6 @@ READERS: Mapping[str, Reader] = {
     "conditions": Reader(load_conditions, ".yaml", TEXT),
     "faults": Reader(load_faults, ".yaml", TEXT),
     "guard": Reader(read_guard_limits, ".yaml", TEXT),
-    "online": Reader(lambda path: read_settings(path, DEFAULT, "config/online.yaml"), ".yaml", TEXT),
     "model": Reader(load_model, ".safetensors", (*BYTES, *TEXT)),
     "recording": Reader(read_recording, ".mcap", (*BYTES, *TEXT)),
     "replay": Reader(lambda path: list(recorded_inputs(path)), ".mcap", (*BYTES, *TEXT)),

@@ -60,7 +60,6 @@ def samples() -> Mapping[str, Sequence[bytes]]:
         "conditions": _shipped("conditions", "*.yaml"),
         "faults": (_FAULTS,),
         "guard": _shipped(".", "guard.yaml"),
-        "online": _shipped(".", "online.yaml"),
         "model": _shipped("models", "ardrone2.safetensors"),
         "recording": (mcap[:_MCAP_BYTES], _plain(mcap)),
         "replay": (_plain(mcap),),

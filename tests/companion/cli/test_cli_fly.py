@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from command_line import Run
 
 from companion.bundled import config_directory
@@ -18,7 +19,7 @@ from companion.flight.recorded_inputs import recorded_inputs
 from companion.flight.technique import Technique
 from companion.learning.correction import ConstantGain
 from companion.learning.motion_model import LinearKernel
-from companion.learning.online_settings import DEFAULT
+from companion.learning.online_settings import DEFAULT, OnlineSettings
 from companion.recording import read_recording
 
 
@@ -192,16 +193,25 @@ def test_the_guard_file_shows_the_defaults() -> None:
     assert read_guard_limits(config_directory() / "guard.yaml") == GuardLimits()
 
 
-def test_the_file_of_online_settings_shows_the_defaults() -> None:
+def test_the_file_of_online_settings_shows_every_default() -> None:
+    shown = config_directory() / "online.yaml"
     for preset in options.Preset:
-        assert options.online_settings(preset, config_directory() / "online.yaml") == DEFAULT
+        assert options.online_settings(preset, shown) == DEFAULT
+    assert set(yaml.safe_load(shown.read_text())) == set(OnlineSettings.model_fields)
+
+
+def test_what_a_section_leaves_out_stays_as_it_was(tmp_path: Path) -> None:
+    file = tmp_path / "mine.yaml"
+    file.write_text("lead: {velocity_s: 0.1}\nkernel: {noise: fitted}\n")
+    online = options.online_settings(options.Preset.DEFAULT, file)
+    assert online.lead == DEFAULT.lead.model_copy(update={"velocity_s": 0.1})
+    assert online.kernel == LinearKernel(prior_variance=1.0, noise_variance=0.02, noise="fitted")
 
 
 def test_settings_of_a_file_are_flown_and_recorded(companion: Run, line: Path, tmp_path: Path) -> None:
     settings, record = tmp_path / "mine.yaml", tmp_path / "flight.mcap"
     settings.write_text(
-        "gain: {kind: constant, alpha: [2, 2, 0.5]}\n"
-        "kernel: {noise: fitted, prior_variance: 1, noise_variance: 0.01}\n"
+        "gain: {kind: constant, alpha: [2, 2, 0.5]}\nkernel: {noise: fitted, noise_variance: 0.01}\n"
     )
     ran = companion(
         *(
@@ -225,14 +235,35 @@ def test_settings_of_a_file_are_flown_and_recorded(companion: Run, line: Path, t
             "kernel": LinearKernel(prior_variance=1.0, noise_variance=0.01, noise="fitted"),
         }
     )
+    tracking = read_recording(record).tracking
+    assert tracking is not None
+    np.testing.assert_allclose(np.nanmax(tracking.alpha, axis=0), (2.0, 2.0, 0.5))
 
 
 @pytest.mark.parametrize(
     ("text", "told"),
     [
         ("sample_time_s: 0", "sample_time_s: "),
+        ("sample_time_s: 2", "sample_time_s: "),
         ("leads: {}", "leads: no such key; config/online.yaml shows"),
+        ("lead: {position_s: 30}", "lead.position_s: "),
+        ("longest_m: .inf", "longest_m: "),
+        ("harm_memory_s: .nan", "harm_memory_s: "),
         ("gain: {kind: constant}", "gain.constant.alpha: Field required"),
+        ("gain: {kind: estimated, least: 9, most: 4}", "least (9) is above most (4)"),
+        ("gain: {stiffness_1_s2: .inf}", "gain.stiffness.stiffness_1_s2: "),
+        ("memory: 1\nmemory: 2", "memory is given twice"),
+        ("kernel: {noise: fited}", "kernel.linear.noise: "),
+        ("kernel: {prior_variance: .inf}", "kernel.linear.prior_variance: "),
+        ("form: error", "kernel without length_scale"),
+        (
+            "{form: error, kernel: {prior_variance: 1, length_scale: 1e-200, noise_variance: 1}}",
+            "kernel.squared exponential.length_scale",
+        ),
+        (
+            "{form: error, kernel: {prior_variance: 1, length_scale: [1, 2], noise_variance: 1}}",
+            "length_scale takes one value, or 24",
+        ),
         ("- gain", "expected `key: value` lines"),
     ],
 )

@@ -131,9 +131,33 @@ def test_wrong_use_is_one_line(arguments: list[str], message: str) -> None:
         bench(*arguments)
 
 
-def test_the_papers_preset_refuses_a_model_with_another_preview(model: Path) -> None:
+def test_settings_of_a_file_are_flown_and_told(line: Path, tmp_path: Path) -> None:
+    weak, files = tmp_path / "weak.yaml", [tmp_path / "ours.json", tmp_path / "weak.json"]
+    weak.write_text("gain: {stiffness_1_s2: 1.0}\ndamping_1_s: 0\n")
+    flown: tuple[str | Path, ...] = ("--trajectories", line, "--strategies", "gp")
+    bench(*flown, "--json", files[0])
+    bench(*flown, "--json", files[1], "--settings", weak)
+    ours, weaker = (json.loads(file.read_text()) for file in files)
+    assert ours["settings"]["settings"] is None
+    assert weaker["settings"]["settings"]["gain"]["stiffness_1_s2"] == 1.0
+    assert weaker["summary"]["gp"]["rms_m"] > ours["summary"]["gp"]["rms_m"]
+
+
+def test_a_library_needs_a_judge(line: Path, tmp_path: Path) -> None:
+    unjudged = tmp_path / "unjudged.yaml"
+    unjudged.write_text("harm_memory_s: 0\n")
+    with pytest.raises(InputError, match="do not judge"):
+        bench("--trajectories", line, "--model", "auto", "--strategies", "dnn+gp", "--settings", unjudged)
+
+
+def test_the_papers_preset_refuses_a_model_with_another_preview(model: Path, tmp_path: Path) -> None:
+    changed = tmp_path / "changed.yaml"
+    changed.write_text("window: 30\n")
+    flown: tuple[str | Path, ...] = ("--trajectories", "Leaf_1", "--model", model, "--preset", "paper")
     with pytest.raises(InputError, match="preview"):
-        bench("--trajectories", "Leaf_1", "--model", model, "--preset", "paper")
+        bench(*flown)
+    with pytest.raises(InputError, match="preview"):
+        bench(*flown, "--settings", changed)
 
 
 def test_drawings_of_one_name_are_told_apart(line: Path, tmp_path: Path) -> None:
