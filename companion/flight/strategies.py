@@ -183,10 +183,9 @@ def reference_law(
         case Strategy.DNN | Strategy.DNN_GP:
             if network is None:
                 raise InputError(f"strategy {strategy} needs a network: give --model")
-            if isinstance(network, Library) and not (strategy is Strategy.DNN_GP and online.judges_networks):
+            blends = online.judges_networks if isinstance(network, Library) else online.blends_networks
+            if strategy is Strategy.DNN_GP and blends:
+                return Early(online.lead)
+            if isinstance(network, Library):
                 raise InputError("a library serves strategy dnn+gp in our settings: name one --model instead")
-            if isinstance(network, InverseNetwork) and not (
-                strategy is Strategy.DNN_GP and online.blends_networks
-            ):
-                return InverseDynamics(network)
-            return Early(online.lead)
+            return InverseDynamics(network)

@@ -21,6 +21,13 @@ def symmetric_answer(network: InverseNetwork, inputs: Float[Array, "12"]) -> Flo
     """What the network answers to I1 in all four views, each seen in its own mirror again, on the average.
 
     So a horizontal axis along which nothing is to move is not moved.
+
+    Args:
+        network: of any card.
+        inputs: I1, NED (m, m/s, rad, rad/s; `features.inverse_inputs`).
+
+    Returns:
+        The outputs of its card, NED (m, m/s, and m/s² where it gives an acceleration).
     """
     answers = network(_INPUTS * inputs)
     mirrored = answers.reshape(len(_VECTORS), -1, 3) * _VECTORS[:, None, :]
